@@ -1,0 +1,1 @@
+"""What happened: events, rejection, bags, reports, plots."""

@@ -1,0 +1,83 @@
+"""Arguments and outputs that several verbs share."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .. import scenario as scenarios
+from ..errors import EventregError
+from ..scenario import Scenario
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """Add SCENARIO and its overrides."""
+    parser.add_argument('scenario', metavar='SCENARIO', help='a shipped name or a .yaml file')
+    parser.add_argument(
+        '-p', action='append', default=[], dest='overrides', metavar='NODE.PARAM:=VALUE',
+        help='override a parameter; NODE may be /**; may be repeated',
+    )  # fmt: skip
+
+
+def load_scenario(args: argparse.Namespace) -> Scenario:
+    """Read the scenario that :func:`add_scenario` asked for."""
+    return scenarios.load(args.scenario, args.overrides)
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add --json."""
+    parser.add_argument('--json', metavar='F', type=Path, help='write the result as JSON')
+
+
+def add_window(parser: argparse.ArgumentParser) -> None:
+    """Add --settle and --window."""
+    parser.add_argument(
+        '--settle', type=nonnegative, default=100.0, metavar='T',
+        help='model time before which nothing is counted (100)',
+    )  # fmt: skip
+    parser.add_argument(
+        '--window', type=nonnegative, default=5.0, metavar='T',
+        help='model time within which events of y and y_r match (5)',
+    )  # fmt: skip
+
+
+def nonnegative(text: str) -> float:
+    """Return ``text`` as a finite float >= 0, for argparse."""
+    value = float(text) if _is_number(text) else math.nan
+    if not (math.isfinite(value) and value >= 0.0):
+        raise argparse.ArgumentTypeError(f'must be a finite number >= 0, got {text!r}')
+    return value
+
+
+def positive(text: str) -> float:
+    """Return ``text`` as a finite float > 0, for argparse."""
+    value = float(text) if _is_number(text) else math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f'must be a finite number > 0, got {text!r}')
+    return value
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def write_json(path: Path | None, data: Mapping[str, Any]) -> None:
+    """Write ``data`` to ``path`` unless it is None. Raises EventregError when it cannot."""
+    if path is not None:
+        write_text(path, json.dumps(data, indent=1, allow_nan=False) + '\n')
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text`` to ``path``. Raises EventregError when it cannot."""
+    try:
+        path.write_text(text, encoding='utf-8')
+    except OSError as error:
+        raise EventregError(f'cannot write {path}: {error.strerror}; name another file') from None

@@ -1,0 +1,17 @@
+"""The errors that a user can mend: one line each, saying where, what rule, what value, what to do."""
+
+
+class EventregError(Exception):
+    """Bad input. The message is one line and ends with the remedy; commands exit with 2."""
+
+
+class ParameterError(EventregError, ValueError):
+    """A parameter has the wrong type or breaks its rule."""
+
+
+class ScenarioError(EventregError, ValueError):
+    """A scenario file cannot be found, read, or understood."""
+
+
+class BagError(EventregError, ValueError):
+    """A bag cannot be read, or does not hold what the question needs."""

@@ -1,0 +1,39 @@
+"""The FitzHugh-Nagumo neuron and the oscillator made of two of them (the paper's section 3)."""
+
+from __future__ import annotations
+
+from .model import Model, Params, State, first_state
+
+FOLD = 1.0
+"""The fold of the cubic nullcline x - x^3/3: beyond it a neuron is on its way into a spike."""
+
+
+def neuron_rhs(x: State, drive: float, p: Params) -> State:
+    """One neuron whose inputs enter inside a single gap junction (eq. fhn of the paper).
+
+    ``x`` is (x1, x2), voltage and recovery; ``drive`` is the signed sum of the presynaptic
+    voltages; ``p`` gives k and tau. Returns the derivative by model time.
+    """
+    v, r = x[0], x[1]
+    k, tau = p[0], p[1]
+    return (v - v * v * v / 3.0 - r + k * (drive - v), tau * (v - r))
+
+
+def oscillator_rhs(x: State, drive: float, p: Params) -> State:
+    """Two neurons that inhibit each other (eq. s.w; with a drive, eq. s.I, the controller).
+
+    ``x`` is (x1, x2, x3, x4): voltage and recovery of the first neuron, then of the second. The
+    drive reaches the first neuron only; both have the same k and tau.
+    """
+    v1, r1, v2, r2 = x[0], x[1], x[2], x[3]
+    k, tau = p[0], p[1]
+    return (
+        v1 - v1 * v1 * v1 / 3.0 - r1 + k * (drive - v2 - v1),
+        tau * (v1 - r1),
+        v2 - v2 * v2 * v2 / 3.0 - r2 + k * (-v1 - v2),
+        tau * (v2 - r2),
+    )
+
+
+NEURON = Model('neuron', 2, neuron_rhs, first_state)
+OSCILLATOR = Model('oscillator', 4, oscillator_rhs, first_state)

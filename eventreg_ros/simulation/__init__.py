@@ -1,0 +1,1 @@
+"""How time advances: the step, the hold, the block, the stimulus, and the closed loops."""

@@ -1,0 +1,66 @@
+"""A block: a model, its parameters, its wiring, its state; what nodes run and simulations step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..models import Model, Params, State
+from .hold import drive
+from .step import make_step
+
+
+@dataclass(frozen=True)
+class BlockSpec:
+    """Everything that decides what a block does; a scenario holds one for each of its blocks.
+
+    ``inputs`` are (signal, sign) with sign +1.0 or -1.0, in the order in which they are summed;
+    ``rate`` is in steps per second, ``time_scale`` in model time units per second.
+    """
+
+    name: str
+    model: Model
+    params: Params
+    x0: State
+    inputs: tuple[tuple[str, float], ...]
+    output: str
+    rate: float
+    time_scale: float
+    hold: str
+
+    @property
+    def h(self) -> float:
+        """The length of a step in model time."""
+        return self.time_scale / self.rate
+
+
+class Block:
+    """The state of a block and the one way to move it on, as a node does it."""
+
+    def __init__(self, spec: BlockSpec) -> None:
+        self._step = make_step(spec.model.rhs, spec.model.dimension)
+        self.retune(spec)
+        self.reset()
+
+    def retune(self, spec: BlockSpec) -> None:
+        """Take over other parameters, same model, and go on from the present state."""
+        self.spec = spec
+        self._sign = tuple(sign for _, sign in spec.inputs)
+
+    def reset(self) -> None:
+        """Go back to the initial state, before any input has come (all inputs 0)."""
+        self.x = self.spec.x0
+        self.y = self.spec.model.output(self.x, 0.0, self.spec.params)
+
+    def advance(self, base: Sequence[float], slope: Sequence[float]) -> float:
+        """Take one step with the inputs on the lines (``base``, ``slope``); return the output.
+
+        Both have one entry per input of the spec, in its order; see :mod:`.hold`.
+        """
+        spec, sign = self.spec, self._sign
+        d0 = drive(sign, base, slope, 0.0)
+        dm = drive(sign, base, slope, 0.5)
+        d1 = drive(sign, base, slope, 1.0)
+        self.x = self._step(self.x, d0, dm, d1, spec.params, spec.h)
+        self.y = spec.model.output(self.x, d1, spec.params)
+        return self.y
