@@ -1,4 +1,4 @@
-"""The errors that a user can mend: one line each, saying where, what rule, what value, what to do."""
+"""The errors that a user can mend: one line each, with where, what rule, what value, what to do."""
 
 
 class EventregError(Exception):

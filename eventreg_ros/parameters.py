@@ -7,149 +7,94 @@ ROS (with its descriptions and ranges), so a scenario that is refused here is re
 from __future__ import annotations
 
 import difflib
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from .errors import ParameterError
 from .models.neuron import FOLD
 from .models.roles import MODEL_NAMES, ROLES, SIGNALS, STIMULUS_OUTPUT, default_x0, model_of
+from .parameter import ACTIVE, UNCONFIGURED, Parameter
 from .simulation.hold import HOLDS
 from .simulation.stimulus import WAVEFORMS
 
-Value = bool | int | float | str | list[float] | list[str]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter: its ROS type, default, meaning and rule.
-
-    ``type`` is one of bool, int, double, string, double[], string[]. ``low`` is the least value
-    allowed, or the bound that it must exceed when ``open_low``; ``live`` says that it may be set
-    while the node is active.
-    """
-
-    name: str
-    type: str
-    default: Any
-    doc: str
-    low: float | None = None
-    open_low: bool = False
-    high: float | None = None
-    choices: tuple[str, ...] = ()
-    length: int | None = None
-    live: bool = False
-
-    @property
-    def rule(self) -> str:
-        """The rule in words, as errors and ``ros2 param describe`` show it."""
-        words = {
-            'bool': 'true or false',
-            'int': 'a whole number',
-            'double': 'a finite number',
-            'string': 'a string',
-            'double[]': 'a list of finite numbers',
-            'string[]': 'a list of strings',
-        }[self.type]
-        if self.choices:
-            words = 'one of ' + ', '.join(self.choices)
-        if self.low is not None:
-            words += f' {">" if self.open_low else ">="} {self.low:g}'
-        if self.high is not None:
-            words += f'{" and" if self.low is not None else ""} <= {self.high:g}'
-        if self.length is not None:
-            words += f' of length {self.length}'
-        return words
-
-    def check(self, where: str, value: Any) -> Value:
-        """Return ``value`` in the parameter's type.
-
-        Whole numbers are taken where a double is meant. Raises ParameterError that names ``where``.
-        """
-        try:
-            result = _convert(self.type, value)
-            if self._allows(result):
-                return result
-        except (TypeError, ValueError):
-            pass
-        raise ParameterError(f'{where}.{self.name} must be {self.rule}, got {value!r}')
-
-    def _allows(self, value: Value) -> bool:
-        if self.choices:
-            return value in self.choices
-        if self.length is not None and len(value) != self.length:  # type: ignore[arg-type]
-            return False
-        if isinstance(value, bool | str | list):
-            return True
-        if self.low is not None and not (value > self.low if self.open_low else value >= self.low):
-            return False
-        return self.high is None or value <= self.high
-
-
-def _convert(kind: str, value: Any) -> Value:
-    if kind.endswith('[]'):
-        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-            value = value.tolist() if hasattr(value, 'tolist') else _refuse()
-        return [_convert(kind[:-2], item) for item in value]  # type: ignore[return-value]
-    if kind == 'double' and isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value) if math.isfinite(value) else _refuse()  # type: ignore[no-any-return]
-    if kind == 'int' and isinstance(value, int) and not isinstance(value, bool):
-        return value
-    if (kind == 'bool' and isinstance(value, bool)) or (
-        kind == 'string' and isinstance(value, str)
-    ):
-        return value
-    return _refuse()
-
-
-def _refuse() -> Any:
-    raise TypeError
-
+_TOPIC = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 AUTOSTART = Parameter(
     'autostart', 'bool', True, 'configure and activate the node as soon as it starts'
 )
 START_TIME = Parameter(
-    'start_time', 'double', 0.0,
-    'ROS time in seconds at which the first sample is published once active; 0: at once', low=0.0,
-)  # fmt: skip
+    'start_time',
+    'double',
+    0.0,
+    'ROS time in seconds at which the first sample is published once active; 0: at once',
+    low=0.0,
+)
+MAX_CATCH_UP = Parameter(
+    'max_catch_up',
+    'double',
+    1.0,
+    'seconds of model steps that are caught up at once after a pause; more is dropped',
+    low=0.0,
+)
 RATE = Parameter('rate', 'double', 200.0, 'steps per second', low=0.0, open_low=True, high=100000.0)
 TIME_SCALE = Parameter(
-    'time_scale', 'double', 10.0, 'model time units per second',
-    low=0.0, open_low=True, live=True,
-)  # fmt: skip
+    'time_scale',
+    'double',
+    10.0,
+    'model time units per second',
+    low=0.0,
+    open_low=True,
+    settable=ACTIVE,
+)
 
 _BLOCK = (
     Parameter('model', 'string', '', 'the dynamics of the block', choices=MODEL_NAMES),
-    Parameter('k', 'double', 0.0, 'synaptic conductance; 0: uncoupled', low=0.0, live=True),
+    Parameter('k', 'double', 0.0, 'synaptic conductance; 0: uncoupled', low=0.0, settable=ACTIVE),
     Parameter(
-        'tau', 'double', 0.0, 'time constant of the recovery', low=0.0, open_low=True, live=True
+        'tau',
+        'double',
+        0.0,
+        'time constant of the recovery',
+        low=0.0,
+        open_low=True,
+        settable=ACTIVE,
     ),
     Parameter(
-        'gain', 'double[]', [1.0, 0.0], "K_eta of the linear controller's output", length=2, live=True
+        'gain',
+        'double[]',
+        [1.0, 0.0],
+        "K_eta of the linear controller's output",
+        length=2,
+        settable=ACTIVE,
     ),
     Parameter('k_y', 'double', 0.0, "direct gain from y in the linear controller's output"),
     Parameter('x0', 'double[]', [], "initial state, in the paper's order"),
-    Parameter('excitatory', 'string[]', [], 'input signals that enter with sign +1'),
-    Parameter('inhibitory', 'string[]', [], 'input signals that enter with sign -1'),
-    Parameter('output', 'string', '', 'the signal that the block publishes'),
+    Parameter(
+        'excitatory', 'string[]', [], 'input signals that enter with sign +1', settable=UNCONFIGURED
+    ),
+    Parameter(
+        'inhibitory', 'string[]', [], 'input signals that enter with sign -1', settable=UNCONFIGURED
+    ),
+    Parameter('output', 'string', '', 'the signal that the block publishes', settable=UNCONFIGURED),
     RATE,
     TIME_SCALE,
     Parameter(
         'hold', 'string', 'linear', 'how an input is reconstructed between samples', choices=HOLDS
     ),
     Parameter(
-        'input_timeout', 'double', 0.5, 'seconds after which a silent input counts as 0',
-        low=0.0, open_low=True,
+        'input_timeout',
+        'double',
+        0.5,
+        'seconds after which a silent input counts as 0',
+        low=0.0,
+        open_low=True,
     ),
-    Parameter(
-        'max_catch_up', 'double', 1.0,
-        'seconds of model steps that are caught up at once after a pause; more is dropped', low=0.0,
-    ),
+    MAX_CATCH_UP,
     START_TIME,
     AUTOSTART,
-)  # fmt: skip
+)
 
 
 def _role_parameters(name: str) -> tuple[Parameter, ...]:
@@ -166,43 +111,85 @@ def _role_parameters(name: str) -> tuple[Parameter, ...]:
     return tuple(replace(p, default=own.get(p.name, p.default)) for p in _BLOCK)
 
 
-_SIGNALS = Parameter('signals', 'string[]', list(SIGNALS), 'the signals to watch')
+_SIGNALS = Parameter(
+    'signals', 'string[]', list(SIGNALS), 'the signals to watch', settable=UNCONFIGURED
+)
 
 NODES: dict[str, tuple[Parameter, ...]] = {
     **{role: _role_parameters(role) for role in ROLES},
     'stimulus': (
         Parameter('waveform', 'string', 'constant', 'the shape of v', choices=WAVEFORMS),
-        Parameter('amplitude', 'double', 1.0, 'height of the waveform above offset', live=True),
-        Parameter('offset', 'double', 0.0, 'added to the waveform', live=True),
+        Parameter(
+            'amplitude', 'double', 1.0, 'height of the waveform above offset', settable=ACTIVE
+        ),
+        Parameter('offset', 'double', 0.0, 'added to the waveform', settable=ACTIVE),
         Parameter(
             'period', 'double', 50.0, 'of sine and square, model time', low=0.0, open_low=True
         ),
         Parameter('phase', 'double', 0.0, 'model time at which sine and square begin a period'),
         Parameter('onsets', 'double[]', [], 'model times at which the pulses begin'),
-        Parameter('width', 'double', 10.0, 'length of a pulse or of the high part, model time',
-                  low=0.0, open_low=True),
+        Parameter(
+            'width',
+            'double',
+            10.0,
+            'length of a pulse or of the high part, model time',
+            low=0.0,
+            open_low=True,
+        ),
         Parameter('file', 'string', '', 'csv file with the columns t (model time) and v'),
-        Parameter('output', 'string', STIMULUS_OUTPUT, 'the signal that the node publishes'),
+        Parameter(
+            'output',
+            'string',
+            STIMULUS_OUTPUT,
+            'the signal that the node publishes',
+            settable=UNCONFIGURED,
+        ),
         RATE,
         TIME_SCALE,
+        MAX_CATCH_UP,
         START_TIME,
         AUTOSTART,
     ),
     'spike_monitor': (
         _SIGNALS,
-        Parameter('threshold', 'double', FOLD, 'an event begins where the signal rises through it'),
-        Parameter('reset', 'double', 0.0, 'the next event may begin once the signal is at or below'),
+        Parameter('threshold', 'double', FOLD, 'an event is a rise of the signal through it'),
+        Parameter('reset', 'double', 0.0, 'the next event may begin at or below it'),
         AUTOSTART,
     ),
     'recorder': (
         _SIGNALS,
-        Parameter('path', 'string', '', 'directory of the bag; empty: eventreg_<date>-<time>'),
-        Parameter('storage', 'string', 'mcap', 'storage of the bag', choices=('mcap', 'sqlite3')),
-        Parameter('scenario', 'string', '', 'parameter file whose text is stored in the bag'),
-        Parameter('scenario_name', 'string', '', 'name under which the bag knows its scenario'),
+        Parameter(
+            'path',
+            'string',
+            '',
+            'directory of the bag; empty: eventreg_<date>-<time>',
+            settable=UNCONFIGURED,
+        ),
+        Parameter(
+            'storage',
+            'string',
+            'mcap',
+            'storage of the bag',
+            choices=('mcap', 'sqlite3'),
+            settable=UNCONFIGURED,
+        ),
+        Parameter(
+            'scenario',
+            'string',
+            '',
+            'parameter file whose text is stored in the bag',
+            settable=UNCONFIGURED,
+        ),
+        Parameter(
+            'scenario_name',
+            'string',
+            '',
+            'name under which the bag knows its scenario',
+            settable=UNCONFIGURED,
+        ),
         AUTOSTART,
     ),
-}  # fmt: skip
+}
 
 
 def is_ros_parameter(name: str) -> bool:
@@ -227,13 +214,20 @@ def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
             raise ParameterError(f'{node} has no parameter {name!r}{hint(name, table)}')
     for name, parameter in table.items():
         values.setdefault(name, parameter.default)
-    if node in ROLES and 'x0' not in given:
+    if node in ROLES and not given.get('x0'):
         values['x0'] = list(default_x0(node, values['model']))
     _check_together(node, values)
     return values
 
 
 def _check_together(node: str, values: Mapping[str, Any]) -> None:
+    for name in ('excitatory', 'inhibitory', 'output', 'signals'):
+        value = values.get(name, [])
+        for signal in [value] if isinstance(value, str) else value:
+            if not _TOPIC.fullmatch(signal):
+                raise ParameterError(
+                    f'{node}.{name} must name topics (letters, digits, _ and /), got {signal!r}'
+                )
     if node in ROLES:
         dimension = model_of(node, values['model']).dimension
         if len(values['x0']) != dimension:

@@ -58,8 +58,8 @@ class Scenario:
     @property
     def monitor(self) -> tuple[float, float]:
         """Threshold and reset of the events, the spike monitor's or its defaults."""
-        values = self.nodes.get('spike_monitor') or resolve('spike_monitor', {})
-        return values['threshold'], values['reset']
+        values = self.nodes.get('spike_monitor')
+        return monitor_defaults() if values is None else (values['threshold'], values['reset'])
 
     def _common(self, name: str) -> float:
         found = {node: values[name] for node, values in self.nodes.items() if name in values}
@@ -76,7 +76,14 @@ class Scenario:
         import yaml
 
         data = {name: {'ros__parameters': dict(values)} for name, values in self.given.items()}
-        return str(yaml.safe_dump(data, sort_keys=False, default_flow_style=None))
+        dumper = _dialect(yaml.SafeDumper)
+        return str(yaml.dump(data, Dumper=dumper, sort_keys=False, default_flow_style=None))
+
+
+def monitor_defaults() -> tuple[float, float]:
+    """Return threshold and reset where no spike monitor says otherwise."""
+    values = resolve('spike_monitor', {})
+    return values['threshold'], values['reset']
 
 
 def block_spec(role: str, values: Mapping[str, Any]) -> BlockSpec:
@@ -165,10 +172,14 @@ def parse(text: str, name: str, overrides: Iterable[str] = ()) -> Scenario:
         for node, values in given.items()
     }
     nodes = {node: resolve(node, values) for node, values in merged.items()}
-    return _checked(Scenario(name, nodes, merged))
+    checked = {
+        node: {p: nodes[node].get(p, v) for p, v in values.items()}
+        for node, values in merged.items()
+    }
+    return _distinct(Scenario(name, nodes, checked))
 
 
-def _checked(scenario: Scenario) -> Scenario:
+def _distinct(scenario: Scenario) -> Scenario:
     seen: dict[str, str] = {}
     for node, values in scenario.nodes.items():
         if (signal := values.get('output')) is None:
@@ -186,17 +197,30 @@ def _has(node: str, parameter: str) -> bool:
     return is_ros_parameter(parameter) or any(p.name == parameter for p in NODES[node])
 
 
+def _dialect(base: Any) -> Any:
+    """Return the YAML loader or dumper ``base`` with the words that ROS's parser reads its way."""
+    ros: Any = type(base.__name__, (base,), {})
+    number = re.compile(r'^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$')
+    ros.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+0123456789'))
+    ros.add_implicit_resolver('tag:yaml.org,2002:bool', re.compile('^[yYnN]$'), list('yYnN'))
+    return ros
+
+
 def _yaml(text: str, name: str) -> Any:
     import yaml
 
-    class Loader(yaml.SafeLoader):
-        """YAML as ROS reads it: 1e-3 is a number."""
+    class Loader(_dialect(yaml.SafeLoader)):  # type: ignore[misc]
+        """Tells an unquoted y, which ROS takes for true, from the signal 'y'."""
 
-    Loader.add_implicit_resolver(
-        'tag:yaml.org,2002:float',
-        re.compile(r'^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$'),
-        list('-+0123456789'),
-    )
+        def construct_yaml_bool(self, node: Any) -> bool:
+            if node.value in ('y', 'Y', 'n', 'N'):
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"ROS reads {node.value} as true or false; write '{node.value}'",
+                    node.start_mark,
+                )  # fmt: skip
+            return bool(super().construct_yaml_bool(node))
+
+    Loader.add_constructor('tag:yaml.org,2002:bool', Loader.construct_yaml_bool)
     try:
         return yaml.load(text, Loader)
     except yaml.YAMLError as error:

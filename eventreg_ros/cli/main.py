@@ -15,7 +15,7 @@ VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
     'analyze': 'events, rejection, residual and timing of a recorded bag',
 }
-"""Each verb is a module of this package with ``add_arguments(parser)`` and ``main(args) -> int``."""
+"""Each verb is a module beside this one; it has ``add_arguments(parser)`` and ``main(args)``."""
 
 
 class Parser(argparse.ArgumentParser):

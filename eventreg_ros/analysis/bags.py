@@ -1,0 +1,310 @@
+"""rosbag2 directories and files to signals, and back. The only reader and writer of bags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import BagError
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
+    from rosbags.rosbag2 import Writer
+
+Array = npt.NDArray[np.float64]
+
+FLOAT64 = 'std_msgs/msg/Float64'
+SCENARIO_KEY = 'eventreg_ros.scenario'
+NAME_KEY = 'eventreg_ros.scenario_name'
+SIDECAR = '.scenario.yaml'
+"""NAME.scenario.yaml lies in the bag from the start: a killed recorder writes no metadata."""
+
+STORAGES = {'mcap': '.mcap', 'sqlite3': '.db3'}
+
+_MCAP_MAGIC = b'\x89MCAP0\r\n'
+_MCAP_END = b'\x02' + (20).to_bytes(8, 'little') + bytes(20) + _MCAP_MAGIC
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The signals of a bag.
+
+    ``signals`` maps each name to (stamps, values), both of shape (n,): stamps in integer
+    nanoseconds of ROS time, not decreasing. ``scenario`` is the parameter file's text that the
+    recorder stored, or None; ``name`` what it is called.
+    """
+
+    signals: dict[str, tuple[npt.NDArray[np.int64], Array]]
+    scenario: str | None
+    name: str | None
+
+    def in_model_time(self, time_scale: float) -> dict[str, tuple[Array, Array]]:
+        """Return the signals over model time, t = 0 at the first sample of the run."""
+        starts = [stamps[0] for stamps, _ in self.signals.values() if len(stamps)]
+        start = min(starts, default=np.int64(0))
+        return {
+            name: ((stamps - start) * (time_scale * 1e-9), values)
+            for name, (stamps, values) in self.signals.items()
+        }
+
+
+# Reading ----------------------------------------------------------------------------------------
+
+
+def read_bag(path: str | Path, namespace: str | None = None) -> Recording:
+    """Read every Float64 signal of a rosbag2 directory, .mcap or .db3 file.
+
+    Topics lose their namespace; ``namespace`` says which one to read where several hold a y. Reads
+    what a killed recorder left as far as it goes. Raises BagError, one line, for everything else.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise BagError(f'bag {path} does not exist; check the path')
+    try:
+        with _readable(path) as files:
+            return _read(path, files, namespace)
+    except BagError:
+        raise
+    except Exception as error:  # rosbags raises whatever its parsers meet in a broken file
+        raise BagError(
+            f'bag {path} cannot be read: {error or type(error).__name__}; '
+            "repair it with 'ros2 bag reindex' or 'mcap recover', or record it again"
+        ) from None
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[list[Path]]:
+    """Yield what to hand to rosbags: the bag itself, or, without metadata, its mended files."""
+    from tempfile import TemporaryDirectory
+
+    if path.is_dir() and (path / 'metadata.yaml').exists():
+        yield [path]
+        return
+    files = [path]
+    if path.is_dir():
+        files = sorted(f for f in path.iterdir() if f.suffix in STORAGES.values())
+        if not files:
+            raise BagError(
+                f'{path} is no bag: it holds neither metadata.yaml nor a .mcap or .db3 file; '
+                'give the directory that ros2 bag or the recorder made'
+            )
+    with TemporaryDirectory(prefix='eventreg_') as scratch:
+        yield [_mended(file, Path(scratch)) for file in files]
+
+
+def _mended(file: Path, scratch: Path) -> Path:
+    """Return ``file``, or a copy that can be read where its writer was killed."""
+    if file.suffix == '.db3' and file.with_name(file.name + '-journal').exists():
+        return _rolled_back(file, scratch)
+    if file.suffix != '.mcap':
+        return file
+    data = file.read_bytes()
+    if not data.startswith(_MCAP_MAGIC) or data.endswith(_MCAP_MAGIC):
+        return file
+    copy = scratch / file.name
+    copy.write_bytes(data[: _last_whole_record(data)] + _MCAP_END)
+    return copy
+
+
+def _last_whole_record(data: bytes) -> int:
+    """Return where the last complete record of an MCAP file ends.
+
+    A record is an opcode, the length of its body in 8 bytes, and the body.
+    """
+    at = len(_MCAP_MAGIC)
+    while at + 9 <= len(data):
+        after = at + 9 + int.from_bytes(data[at + 1 : at + 9], 'little')
+        if after > len(data) or data[at] not in range(0x01, 0x10):
+            break
+        at = after
+    return at
+
+
+def _rolled_back(file: Path, scratch: Path) -> Path:
+    import shutil
+    import sqlite3
+
+    for source in (file, file.with_name(file.name + '-journal')):
+        shutil.copy(source, scratch)
+    copy = scratch / file.name
+    connection = sqlite3.connect(copy)
+    try:
+        connection.execute('SELECT count(*) FROM messages').fetchone()
+    finally:
+        connection.close()
+    return copy
+
+
+def _read(path: Path, files: list[Path], namespace: str | None) -> Recording:
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    with AnyReader(files, default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        topics = _topics(path, reader, namespace)
+        stamps: dict[str, list[int]] = {name: [] for name in topics.values()}
+        raw: dict[str, list[bytes]] = {name: [] for name in topics.values()}
+        wanted = [c for c in reader.connections if c.topic in topics and c.msgtype == FLOAT64]
+        for connection, stamp, data in _messages(reader, wanted):
+            name = topics[connection.topic]
+            stamps[name].append(stamp)
+            raw[name].append(data)
+        custom = _custom_data(reader, path)
+    signals = {name: _decode(path, name, stamps[name], raw[name]) for name in raw}
+    if not any(len(t) for t, _ in signals.values()):
+        raise BagError(f'bag {path} is empty: no Float64 sample in it; record while the nodes run')
+    return Recording(signals, custom.get(SCENARIO_KEY), custom.get(NAME_KEY))
+
+
+def _messages(reader: AnyReader, wanted: list[Any]) -> Iterator[tuple[Any, int, bytes]]:
+    """Yield the messages in file order where there is no index, else as rosbags gives them."""
+    from rosbags.rosbag2.storage_mcap import McapReader
+
+    if not wanted:
+        return
+    storages = [getattr(r, 'storage', None) for r in reader.readers]
+    if all(isinstance(s, McapReader) and not s.chunks for s in storages):
+        for storage in storages:
+            yield from storage.messages_scan(storage.connections)  # type: ignore[union-attr]
+        return
+    yield from reader.messages(wanted)
+
+
+def _topics(path: Path, reader: AnyReader, namespace: str | None) -> dict[str, str]:
+    """Return signal name by topic, for the Float64 topics of one namespace."""
+    floats = [c.topic for c in reader.connections if c.msgtype == FLOAT64]
+    if not floats:
+        raise BagError(
+            f'bag {path} holds no {FLOAT64} topic (it has '
+            f'{", ".join(sorted(reader.topics)) or "none"}); record w, v, y, y_r and u'
+        )
+    if namespace is None:
+        homes = sorted({t.rpartition('/')[0] for t in floats if t.rpartition('/')[2] == 'y'})
+        if len(homes) > 1:
+            raise BagError(
+                f'bag {path} holds several namespaces with a y: '
+                f'{", ".join(h or "/" for h in homes)}; choose one with --namespace'
+            )
+        namespace = homes[0] if homes else ''
+    prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
+    return {t: t.removeprefix(prefix) for t in floats if t.startswith(prefix)}
+
+
+def _custom_data(reader: AnyReader, path: Path) -> dict[str, str]:
+    for part in reader.readers:
+        custom = getattr(getattr(part, 'storage', None), 'metadata', None)
+        custom = getattr(custom, 'custom', None)
+        if custom:
+            return dict(custom)
+    for sidecar in sorted((path if path.is_dir() else path.parent).glob('*' + SIDECAR)):
+        name = sidecar.name.removesuffix(SIDECAR)
+        return {SCENARIO_KEY: sidecar.read_text(encoding='utf-8'), NAME_KEY: name}
+    return {}
+
+
+def _decode(
+    path: Path, name: str, stamps: list[int], raw: list[bytes]
+) -> tuple[npt.NDArray[np.int64], Array]:
+    """Turn CDR Float64 messages (a 4-byte header, then the double) into arrays, ordered by time."""
+    if any(len(data) != 12 for data in raw):
+        raise BagError(f'bag {path}: a message on {name} is not a Float64; record it again')
+    block = np.frombuffer(b''.join(raw), np.uint8).reshape(-1, 12)
+    little = np.ascontiguousarray(block[:, 4:]).view('<f8')[:, 0]
+    big = np.ascontiguousarray(block[:, 4:]).view('>f8')[:, 0]
+    values = np.where(block[:, 1] & 1, little, big).astype(np.float64)
+    times = np.array(stamps, dtype=np.int64)
+    order = np.argsort(times, kind='stable')
+    return times[order], values[order]
+
+
+# Writing ----------------------------------------------------------------------------------------
+
+
+class BagWriter:
+    """A rosbag2 that survives its writer: what was flushed can be read after a kill."""
+
+    def __init__(
+        self, path: str | Path, storage: str, scenario: str | None, name: str | None
+    ) -> None:
+        """Create the bag. Raises BagError when ``path`` exists or cannot be made."""
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.rosbag2.errors import WriterError
+        from rosbags.typesys import Stores, get_typestore
+
+        path = Path(path)
+        if path.exists():
+            raise BagError(f'bag {path} exists already; remove it or name another directory')
+        plugin = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}[storage]
+        self.path = path
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        try:
+            self._writer: Writer = Writer(path, version=9, storage_plugin=plugin)
+            self._writer.open()
+            if scenario is not None:
+                name = name or 'scenario'
+                (path / (name + SIDECAR)).write_text(scenario, encoding='utf-8')
+                self._writer.set_custom_data(SCENARIO_KEY, scenario)
+                self._writer.set_custom_data(NAME_KEY, name)
+        except (OSError, WriterError) as error:
+            raise BagError(f'bag {path} cannot be made: {error}; name another directory') from None
+        self._connections: dict[str, Any] = {}
+
+    def add(self, topic: str, msgtype: str) -> None:
+        """Announce a topic; its message type must be one of ROS 2 Jazzy's."""
+        self._connections[topic] = self._writer.add_connection(
+            topic, msgtype, typestore=self._store
+        )
+
+    def write(self, topic: str, stamp: int, data: bytes) -> None:
+        """Write one serialized message (CDR) with its time stamp in nanoseconds."""
+        self._writer.write(self._connections[topic], stamp, data)
+
+    def flush(self) -> None:
+        """Hand everything written so far to the operating system."""
+        storage: Any = self._writer.storage
+        if hasattr(storage, 'close_chunk'):
+            if storage.chunk.msgs:
+                storage.close_chunk()
+            storage.bio.flush()
+        else:
+            storage.conn.commit()
+
+    def close(self) -> None:
+        """Write the index and the metadata."""
+        self._writer.close()
+
+
+def write_bag(
+    path: str | Path,
+    signals: Mapping[str, tuple[Array, Array]],
+    time_scale: float,
+    scenario_name: str,
+    scenario_yaml: str,
+    storage: str = 'mcap',
+) -> None:
+    """Write signals over model time as a rosbag2 whose clock starts at 0.
+
+    ``signals`` maps each name to (t, values), t in model time. Raises BagError.
+    """
+    writer = BagWriter(path, storage, scenario_yaml, scenario_name)
+    samples = []
+    for name, (t, values) in signals.items():
+        topic = f'/{name}'
+        writer.add(topic, FLOAT64)
+        stamps = np.rint(np.asarray(t) * (1e9 / time_scale)).astype(np.int64).tolist()
+        samples += [(stamp, topic, value) for stamp, value in zip(stamps, values, strict=True)]
+    for stamp, topic, value in sorted(samples, key=lambda s: s[0]):
+        writer.write(topic, stamp, encode(value))
+    writer.close()
+
+
+def encode(value: float) -> bytes:
+    """Return the CDR serialisation of a Float64 message."""
+    import struct
+
+    return struct.pack('<BBBBd', 0, 1, 0, 0, value)

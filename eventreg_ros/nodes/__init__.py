@@ -1,0 +1,1 @@
+"""How it runs in ROS; nothing else imports rclpy."""

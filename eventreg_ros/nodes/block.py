@@ -1,0 +1,121 @@
+"""The one node that runs a block; exosystem, plant, controller and reference are its four names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from std_msgs.msg import Float64
+
+from ..scenario import block_spec
+from ..simulation.block import Block
+from ..simulation.grid import SECOND
+from ..simulation.samples import Samples
+from .managed import WARN
+from .signal import SIGNAL_QOS, SignalNode
+
+
+class BlockNode(SignalNode):
+    """Steps its block on the grid, with the samples of its inputs."""
+
+    def open(self) -> None:
+        """Create the publisher of the output and the subscriptions of the inputs."""
+        super().open()
+        self.spec = block_spec(self.kind, self.values)
+        self.samples = [Samples() for _ in self.spec.inputs]
+        self.silent = [False] * len(self.samples)
+        self.not_finite_told = [False] * len(self.samples)
+        self.subscriptions_by_input = {
+            signal: self.subscribe(Float64, signal, self._receiver(i), SIGNAL_QOS)
+            for i, (signal, _) in enumerate(self.spec.inputs)
+        }
+
+    def shut(self) -> None:
+        """Destroy them."""
+        super().shut()
+        for subscription in getattr(self, 'subscriptions_by_input', {}).values():
+            self.destroy_subscription(subscription)
+        self.subscriptions_by_input = {}
+
+    def _receiver(self, i: int) -> Any:
+        def receive(message: Float64, info: dict[str, Any]) -> None:
+            samples = self.samples[i]
+            before = samples.not_finite
+            samples.push(self.stamp_of(info), message.data)
+            if samples.not_finite > before and not self.not_finite_told[i]:
+                self.not_finite_told[i] = True
+                self.get_logger().warning(
+                    f'input {self.spec.inputs[i][0]} sent {message.data}; samples that are not '
+                    'finite are dropped and counted in the diagnostics'
+                )
+
+        return receive
+
+    def begin(self) -> None:
+        """Start from x0."""
+        self.spec = block_spec(self.kind, self.values)
+        self.block = Block(self.spec)
+        super().begin()
+
+    def changed(self) -> None:
+        """Take over k, tau, gain and time_scale, from the next step on."""
+        if hasattr(self, 'block'):
+            spec = block_spec(self.kind, self.values)
+            self.block.retune(
+                replace(self.block.spec, params=spec.params, time_scale=spec.time_scale)
+            )
+
+    def first(self) -> float:
+        """Return the output of the initial state."""
+        return self.block.y
+
+    def following(self, n: int) -> float:
+        """Take one step with the inputs as they are known at its beginning."""
+        start = self.grid.stamp(self.origin + n)
+        timeout = self.values['input_timeout'] * SECOND
+        linear = self.block.spec.hold == 'linear'
+        base, slope = [], []
+        for i, samples in enumerate(self.samples):
+            found = samples.over(start, self.grid.period, timeout, linear)
+            self._watch(i, found is None and samples.last_stamp is not None)
+            b, s = found or (0.0, 0.0)
+            base.append(b)
+            slope.append(s)
+        y = self.block.advance(base, slope)
+        return y if all(x - x == 0.0 for x in self.block.x) else float('nan')
+
+    def _watch(self, i: int, silent: bool) -> None:
+        """Say once that an input fell silent, and once that it is back."""
+        if silent == self.silent[i]:
+            return
+        self.silent[i] = silent
+        signal = self.spec.inputs[i][0]
+        if silent:
+            self.get_logger().warning(
+                f'input {signal} silent for {self.values["input_timeout"]:g} s; it counts as 0'
+            )
+        else:
+            self.get_logger().info(f'input {signal} is back')
+
+    def report(self) -> tuple[bytes, str, dict[str, object]]:
+        """Add what is known of the inputs; WARN when one is silent."""
+        level, message, values = super().report()
+        now = self.get_clock().now().nanoseconds
+        for (signal, _), samples in zip(self.spec.inputs, self.samples, strict=True):
+            last = samples.last_stamp
+            values[f'{signal}.received'] = samples.received
+            values[f'{signal}.not_finite'] = samples.not_finite
+            values[f'{signal}.out_of_order'] = samples.out_of_order
+            values[f'{signal}.age'] = 'never' if last is None else f'{(now - last) / SECOND:.6f}'
+        quiet = [s for (s, _), silent in zip(self.spec.inputs, self.silent, strict=True) if silent]
+        if quiet:
+            return WARN, f'silent, counted as 0: {", ".join(quiet)}', values
+        return level, message, values
+
+    def matches(self) -> dict[str, int]:
+        """Return the number of subscribers of the output and of publishers of each input."""
+        counts = {
+            f'{signal}.publishers': subscription.get_publisher_count()
+            for signal, subscription in getattr(self, 'subscriptions_by_input', {}).items()
+        }
+        return {**super().matches(), **counts}

@@ -1,0 +1,172 @@
+"""Brings a scenario's nodes up together, starts them at one instant, and watches their spikes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import QoSProfile
+from std_msgs.msg import UInt64
+
+from ..errors import EventregError
+from .ros import make_executor
+from .spike_monitor import COUNT_QOS
+
+CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
+
+
+class Conductor:
+    """A client of the lifecycle, parameter and diagnostics interfaces of the nodes of one run.
+
+    ``alive`` is called while waiting; it raises when waiting makes no sense any more.
+    """
+
+    def __init__(self, alive: Callable[[], None]) -> None:
+        self._alive = alive
+        self._context = Context()
+
+    def __enter__(self) -> Conductor:
+        # The command handles its signals itself.
+        self._context.init(args=['--ros-args', '--log-level', 'WARN'])
+        self._node = rclpy.create_node('eventreg_run', context=self._context)
+        self._executor = make_executor(self._context)
+        self._executor.add_node(self._node)
+        self._seen: dict[str, dict[str, str]] = {}
+        self.counts: dict[str, int] = {}
+        self._node.create_subscription(
+            DiagnosticArray, '/diagnostics', self._on_diagnostics, QoSProfile(depth=100)
+        )
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._seen[status.name.partition(':')[0]] = {v.key: v.value for v in status.values}
+
+    def watch(self, signals: Sequence[str]) -> None:
+        """Keep ``counts``, the events of each of ``signals`` so far, up to date."""
+        for signal in signals:
+
+            def on_count(message: UInt64, signal: str = signal) -> None:
+                self.counts[signal] = message.data
+
+            self._node.create_subscription(UInt64, f'spikes/{signal}/count', on_count, COUNT_QOS)
+
+    def now(self) -> float:
+        """Return ROS time in seconds."""
+        return float(self._node.get_clock().now().nanoseconds) * 1e-9
+
+    def wait(self, seconds: float) -> None:
+        """Let messages come in for a while."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def until(self, done: Callable[[], bool], seconds: float, what: Callable[[], str]) -> None:
+        """Wait until ``done()``. Raises EventregError with ``what()`` after ``seconds``."""
+        end = time.monotonic() + seconds
+        while not done():
+            self._alive()
+            if time.monotonic() > end:
+                raise EventregError(f'gave up after {seconds:g} s: {what()}')
+            self.wait(0.02)
+
+    def transition(self, nodes: Sequence[str], transition: int, seconds: float = 30.0) -> None:
+        """Take every node through ``transition``. Raises EventregError when one refuses."""
+        requests = {
+            node: ChangeState.Request(transition=Transition(id=transition)) for node in nodes
+        }
+        for node, response in self._call(ChangeState, 'change_state', requests, seconds).items():
+            if not response.success:
+                raise EventregError(f'{node} could not be started; its message stands above')
+
+    def set_start(self, nodes: Sequence[str], start: float, seconds: float = 30.0) -> None:
+        """Set ``start_time`` of every node, ROS time in seconds."""
+        value = RosParameter('start_time', RosParameter.Type.DOUBLE, start).to_parameter_msg()
+        requests = {node: SetParameters.Request(parameters=[value]) for node in nodes}
+        responses = self._call(SetParameters, 'set_parameters', requests, seconds)
+        for node, response in responses.items():
+            if not response.results[0].successful:
+                raise EventregError(f'{node}.start_time: {response.results[0].reason}')
+
+    def _call(
+        self, service: Any, name: str, requests: Mapping[str, Any], seconds: float
+    ) -> dict[str, Any]:
+        """Call the service of all nodes at once and return their responses."""
+        clients = {n: self._node.create_client(service, f'/{n}/{name}') for n in requests}
+        self.until(
+            lambda: all(client.service_is_ready() for client in clients.values()),
+            seconds,
+            lambda: (
+                'no answer from '
+                + ', '.join(n for n, client in clients.items() if not client.service_is_ready())
+            ),
+        )
+        futures = {n: client.call_async(requests[n]) for n, client in clients.items()}
+        self.until(
+            lambda: all(future.done() for future in futures.values()),
+            seconds,
+            lambda: (
+                f'{name} not answered by '
+                + ', '.join(n for n, future in futures.items() if not future.done())
+            ),
+        )
+        for client in clients.values():
+            self._node.destroy_client(client)
+        return {n: future.result() for n, future in futures.items()}
+
+    def wait_matched(self, expected: Mapping[str, Mapping[str, int]], seconds: float) -> None:
+        """Wait until each node reports at least the ``expected`` number of peers per endpoint."""
+
+        def missing() -> list[str]:
+            return [
+                f'{node} {key}'
+                for node, keys in expected.items()
+                for key, wanted in keys.items()
+                if int(self._seen.get(f'/{node}', {}).get(key, -1)) < wanted
+            ]
+
+        self.until(lambda: not missing(), seconds, lambda: f'not matched: {", ".join(missing())}')
+
+
+def expected_matches(
+    nodes: Mapping[str, Mapping[str, Any]],
+) -> dict[str, dict[str, int]]:
+    """Return, per node and endpoint, how many peers the nodes of a scenario will find.
+
+    ``nodes`` are resolved parameters by node; the keys are those of the nodes' diagnostics.
+    """
+    published = {values['output'] for values in nodes.values() if 'output' in values}
+    monitored = set(nodes.get('spike_monitor', {}).get('signals', ()))
+    listened: dict[str, int] = {}
+    expected: dict[str, dict[str, int]] = {}
+    for name, values in nodes.items():
+        inputs = [*values.get('excitatory', ()), *values.get('inhibitory', ())]
+        inputs += values.get('signals', ())
+        for signal in inputs:
+            listened[signal] = listened.get(signal, 0) + 1
+        expected[name] = {f'{s}.publishers': 1 for s in inputs if s in published}
+        if name == 'recorder':
+            spikes = [s for s in values['signals'] if s in monitored]
+            expected[name].update({f'spikes/{s}/count.publishers': 1 for s in spikes})
+    for name, values in nodes.items():
+        if 'output' in values:
+            expected[name][f'{values["output"]}.subscribers'] = listened.get(values['output'], 0)
+    return expected

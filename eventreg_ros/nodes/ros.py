@@ -1,0 +1,83 @@
+"""How a node's process starts, spins and ends."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.task import Future
+from rclpy.utilities import get_default_context
+
+from ..errors import EventregError
+
+_PATIENCE = 3600.0
+"""Seconds per wait: the EventsExecutor of Jazzy hangs in an endless one."""
+
+
+def make_executor(context: Any = None) -> Any:
+    """Return the EventsExecutor, or the default executor where rclpy does not have it."""
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor(context=context)
+    return EventsExecutor(context=context)
+
+
+def spin(executor: Any, context: Any = None) -> None:
+    """Run the callbacks of ``executor`` until its context is shut down."""
+    never = Future()
+    while (context or get_default_context()).ok():
+        executor.spin_until_future_complete(never, _PATIENCE)
+
+
+def with_info(callback: Callable[[Any, dict[str, Any]], None]) -> Callable[..., None]:
+    """Return a subscription callback that gets the message and its info from any executor.
+
+    The EventsExecutor of Jazzy hands both over as one tuple, whereas rclpy looks at the signature
+    to see whether two are wanted.
+    """
+
+    def receive(*arguments: Any) -> None:
+        message, info = arguments if len(arguments) == 2 else arguments[0]
+        callback(message, info)
+
+    receive.__signature__ = inspect.signature(callback)  # type: ignore[attr-defined]
+    return receive
+
+
+def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
+    """Run one node until SIGINT or SIGTERM and return the exit code of its process.
+
+    0 after a clean end, 2 after bad arguments or parameters, which are told in one line.
+    """
+    try:
+        rclpy.init(args=list(args) if args is not None else None)
+    except KeyboardInterrupt:
+        return 0
+    except Exception as error:
+        return _fail(str(error).split(', at ')[0])
+    node = None
+    try:
+        node = make()
+        executor = make_executor()
+        executor.add_node(node)
+        node.start()
+        spin(executor)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except EventregError as error:
+        return _fail(str(error))
+    finally:
+        if node is not None:
+            node.close()
+        get_default_context().try_shutdown()
+    return 0
+
+
+def _fail(message: str) -> int:
+    print(f'eventreg_ros: {" ".join(message.split())}', file=sys.stderr)
+    return 2

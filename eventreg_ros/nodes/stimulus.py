@@ -1,0 +1,59 @@
+"""The stimulus: publishes v, the measured open input of plant and reference."""
+
+from __future__ import annotations
+
+import sys
+
+from ..simulation.stimulus import Stimulus
+from .ros import run_node
+from .signal import SignalNode
+
+
+class StimulusNode(SignalNode):
+    """Publishes the waveform at the model time of each sample."""
+
+    def __init__(self) -> None:
+        super().__init__('stimulus')
+
+    def open(self) -> None:
+        """Read the waveform, so that a bad file is refused before anything starts."""
+        self.waveform = Stimulus.from_parameters(self.values)
+        super().open()
+
+    def begin(self) -> None:
+        """Start at model time 0."""
+        self.base = (0, 0.0)
+        self.rate: float = self.values['rate']
+        self.time_scale: float = self.values['time_scale']
+        self.waveform = Stimulus.from_parameters(self.values)
+        super().begin()
+
+    def changed(self) -> None:
+        """Take over amplitude, offset and time_scale; model time goes on without a jump."""
+        if not hasattr(self, 'time_scale'):
+            return
+        if self.values['time_scale'] != self.time_scale:
+            self.base = (max(self.n, 0), self._model_time(max(self.n, 0)))
+            self.time_scale = self.values['time_scale']
+        self.waveform = Stimulus.from_parameters(self.values)
+
+    def _model_time(self, n: int) -> float:
+        since, t = self.base
+        return t + (n - since) * self.time_scale / self.rate
+
+    def first(self) -> float:
+        """Return v(0)."""
+        return self.waveform(0.0)
+
+    def following(self, n: int) -> float:
+        """Return v at sample ``n`` + 1."""
+        return self.waveform(self._model_time(n + 1))
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node(StimulusNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
