@@ -71,11 +71,15 @@ class Scenario:
             )
         return float(next(iter(found.values())))
 
-    def to_yaml(self) -> str:
-        """Return the scenario as the text of a ROS parameter file, overrides included."""
+    def to_yaml(self, anywhere: bool = False) -> str:
+        """Return the scenario as the text of a ROS parameter file, overrides included.
+
+        With ``anywhere`` it holds for the nodes in any namespace.
+        """
         import yaml
 
-        data = {name: {'ros__parameters': dict(values)} for name, values in self.given.items()}
+        prefix = f'{WILDCARD}/' if anywhere else ''
+        data = {f'{prefix}{n}': {'ros__parameters': dict(v)} for n, v in self.given.items()}
         dumper = _dialect(yaml.SafeDumper)
         return str(yaml.dump(data, Dumper=dumper, sort_keys=False, default_flow_style=None))
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
@@ -22,6 +22,10 @@ from .ros import make_executor
 from .spike_monitor import COUNT_QOS
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
+_REACHED = {CONFIGURE: State.PRIMARY_STATE_INACTIVE, ACTIVATE: State.PRIMARY_STATE_ACTIVE}
+
+_RESEND = 3.0
+"""Seconds without an answer after which a request is sent again."""
 
 
 class Conductor:
@@ -93,8 +97,14 @@ class Conductor:
         requests = {
             node: ChangeState.Request(transition=Transition(id=transition)) for node in nodes
         }
-        for node, response in self._call(ChangeState, 'change_state', requests, seconds).items():
-            if not response.success:
+        responses = self._call(ChangeState, 'change_state', requests, seconds)
+        refused = [node for node, response in responses.items() if not response.success]
+        if not refused:
+            return
+        # A request that was answered late was sent twice, and its second answer is a refusal.
+        asked = {node: GetState.Request() for node in refused}
+        for node, response in self._call(GetState, 'get_state', asked, seconds).items():
+            if response.current_state.id != _REACHED[transition]:
                 raise EventregError(f'{node} could not be started; its message stands above')
 
     def set_start(self, nodes: Sequence[str], start: float, seconds: float = 30.0) -> None:
@@ -120,8 +130,19 @@ class Conductor:
             ),
         )
         futures = {n: client.call_async(requests[n]) for n, client in clients.items()}
+        sent = time.monotonic()
+
+        def answered() -> bool:
+            nonlocal sent
+            missing = [n for n, future in futures.items() if not future.done()]
+            if missing and time.monotonic() > sent + _RESEND:
+                # DDS drops an answer to a client that the server has not discovered yet.
+                futures.update({n: clients[n].call_async(requests[n]) for n in missing})
+                sent = time.monotonic()
+            return not missing
+
         self.until(
-            lambda: all(future.done() for future in futures.values()),
+            answered,
             seconds,
             lambda: (
                 f'{name} not answered by '

@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -18,6 +19,8 @@ from ..parameter import ACTIVE, INACTIVE, UNCONFIGURED
 from ..parameters import NODES, resolve
 from .declare import declare, widen
 from .ros import with_info
+
+RCLError: type[Exception] = rclpy_implementation.RCLError
 
 InfoCallback = Callable[[Any, dict[str, Any]], None]
 
@@ -196,6 +199,14 @@ class ManagedNode(LifecycleNode):
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
+    def send(self, publisher: Any, message: Any) -> None:
+        """Publish, unless a signal shut the context down in the middle of a callback."""
+        try:
+            publisher.publish(message)
+        except RCLError:
+            if self.context.ok():
+                raise
+
     @property
     def in_simulation_time(self) -> bool:
         """Whether this node's clock follows /clock."""
@@ -230,7 +241,7 @@ class ManagedNode(LifecycleNode):
         )
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
+        self.send(self._diagnostics, array)
 
     def matches(self) -> dict[str, int]:
         """Return how many peers each publisher and subscription of ours is matched with."""

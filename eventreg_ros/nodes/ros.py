@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,6 +14,8 @@ from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
 from ..errors import EventregError
+
+_ENDING = (signal.SIGINT, signal.SIGTERM)
 
 _PATIENCE = 3600.0
 """Seconds per wait: the EventsExecutor of Jazzy hangs in an endless one."""
@@ -54,10 +57,9 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
 
     0 after a clean end, 2 after bad arguments or parameters, which are told in one line.
     """
+    stopped = _note_signals()
     try:
         rclpy.init(args=list(args) if args is not None else None)
-    except KeyboardInterrupt:
-        return 0
     except Exception as error:
         return _fail(str(error).split(', at ')[0])
     node = None
@@ -66,8 +68,9 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
         executor = make_executor()
         executor.add_node(node)
         node.start()
-        spin(executor)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        if not stopped:
+            spin(executor)
+    except ExternalShutdownException:
         pass
     except EventregError as error:
         return _fail(str(error))
@@ -75,7 +78,22 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
         if node is not None:
             node.close()
         get_default_context().try_shutdown()
+        # Python's own handlers go as it ends, ros2 launch signals once more by then: ignore it.
+        for each in _ENDING:
+            signal.signal(each, signal.SIG_IGN)
     return 0
+
+
+def _note_signals() -> list[int]:
+    """Return a list that SIGINT and SIGTERM are noted in, instead of ending the process.
+
+    rclpy sets its own handlers on top and shuts its context down; ours remain below, since a
+    second signal, as ros2 launch sends one, must not break into the closing of a bag.
+    """
+    noted: list[int] = []
+    for each in _ENDING:
+        signal.signal(each, lambda number, _: noted.append(number))
+    return noted
 
 
 def _fail(message: str) -> int:

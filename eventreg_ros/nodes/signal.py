@@ -61,8 +61,7 @@ class SignalNode(ManagedNode):
         """Stop ticking and leave the output at 0."""
         self.timer.cancel()
         self.destroy_timer(self.timer)
-        if self.context.ok():
-            self.publisher.publish(Float64(data=0.0))
+        self.send(self.publisher, Float64(data=0.0))
 
     def _tick(self) -> None:
         now = self.get_clock().now().nanoseconds
@@ -75,7 +74,7 @@ class SignalNode(ManagedNode):
         if due <= self.n:
             return
         try:
-            self.publisher.publish(Float64(data=self._until(due)))
+            self.send(self.publisher, Float64(data=self._until(due)))
         except FaultError as fault:
             self.break_off(str(fault))
             return

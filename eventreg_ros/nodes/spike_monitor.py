@@ -49,7 +49,7 @@ class SpikeMonitor(ManagedNode):
         """Count from 0."""
         self._restart()
         for count in self.counts.values():
-            count.publish(UInt64(data=0))
+            self.send(count, UInt64(data=0))
 
     def changed(self) -> None:
         """Look for the next event with the new threshold and reset; counts go on."""
@@ -67,8 +67,8 @@ class SpikeMonitor(ManagedNode):
             t = detector.push((self.stamp_of(info) - self.zero) / SECOND, message.data)
             if t is not None:
                 stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()
-                self.events[signal].publish(Header(stamp=stamp, frame_id=signal))
-                self.counts[signal].publish(UInt64(data=detector.count))
+                self.send(self.events[signal], Header(stamp=stamp, frame_id=signal))
+                self.send(self.counts[signal], UInt64(data=detector.count))
 
         return receive
 

@@ -1,0 +1,34 @@
+# The same commands locally and in CI. They need Python 3.10 to 3.13 with venv, and pip; no ROS.
+PYTHON ?= python3
+VENV ?= .venv
+BIN = $(VENV)/bin
+
+# Nothing here leaves the loopback.
+export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
+
+.PHONY: demo test lint bench clean
+
+demo: $(VENV)/installed
+	rm -rf build/demo
+	mkdir -p build
+	$(BIN)/eventreg run exact --bag build/demo
+
+test: lint
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: $(VENV)/installed
+	@for table in bench/*.py; do echo "== $$table"; $(BIN)/python $$table || exit 1; done
+
+$(VENV)/installed: setup.py pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable '.[ros,fast,test]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) build install log

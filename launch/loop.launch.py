@@ -1,0 +1,74 @@
+"""Start the nodes of a scenario: ros2 launch eventreg_ros loop.launch.py scenario:=exact."""
+
+import os
+import tempfile
+
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from eventreg_ros import scenario as scenarios
+from eventreg_ros.errors import EventregError
+from launch import LaunchDescription
+
+ARGUMENTS = (
+    DeclareLaunchArgument(
+        'scenario', default_value='exact', description='a shipped scenario, or the path of one'
+    ),
+    DeclareLaunchArgument(
+        'params_file', default_value='', description='a parameter file read after the scenario'
+    ),
+    DeclareLaunchArgument('namespace', default_value='', description='namespace of all nodes'),
+    DeclareLaunchArgument('record', default_value='false', description='record a bag'),
+    DeclareLaunchArgument(
+        'bag', default_value='', description='directory of the bag; empty: eventreg_<date>-<time>'
+    ),
+)
+
+
+def start(context):
+    """Return the nodes that the scenario names, and a recorder when one is asked for."""
+
+    def value(name):
+        return LaunchConfiguration(name).perform(context)
+
+    try:
+        scenario = scenarios.load(value('scenario'))
+    except EventregError as error:
+        raise RuntimeError(str(error)) from None
+    nodes = {name: dict(values) for name, values in scenario.given.items()}
+    if value('record').lower() in ('true', '1', 'yes', 'on'):
+        nodes['recorder'] = {
+            'signals': list(scenario.publishers),
+            **nodes.get('recorder', {}),
+            'path': value('bag'),
+            'scenario': stored(scenario.name, scenario.to_yaml()),
+            'scenario_name': scenario.name,
+        }
+    # Not as a dictionary: launch would write the signal y unquoted, and ROS reads that as true.
+    file = stored('parameters', scenarios.Scenario(scenario.name, {}, nodes).to_yaml(anywhere=True))
+    later = [value('params_file')] if value('params_file') else []
+    return [LogInfo(msg=f'scenario {scenario.name}: {", ".join(nodes)}')] + [
+        Node(
+            package='eventreg_ros',
+            executable=name,
+            name=name,
+            namespace=value('namespace'),
+            output='screen',
+            parameters=[file, *later],
+        )
+        for name in nodes
+    ]
+
+
+def stored(name, text):
+    """Write ``text`` to a new temporary file and return its path."""
+    handle, path = tempfile.mkstemp(prefix=f'eventreg_{name}_', suffix='.yaml')
+    with os.fdopen(handle, 'w') as file:
+        file.write(text)
+    return path
+
+
+def generate_launch_description():
+    """Return the launch description."""
+    return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=start)])
