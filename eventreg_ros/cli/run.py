@@ -14,12 +14,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..analysis.verdict import EXIT_CODES, table
 from ..errors import EventregError
 from ..parameters import resolve
 from ..scenario import Scenario
 from .analyze import report_on
 from .arguments import add_json, add_scenario, add_window, load_scenario, positive, write_json
 from .domain import loopback_domain
+from .main import fail
 from .processes import Processes, node_command
 
 if TYPE_CHECKING:
@@ -56,15 +58,21 @@ def main(args: argparse.Namespace) -> int:
     need_rclpy()
     run = Run(scenario, bag, args.duration)
     run.perform()
-    from ..analysis.verdict import EXIT_CODES, table
-
-    report = report_on(bag, None, args.settle, args.window)
+    died = [f'{node} {how}' for node, how in run.processes.died.items()]
+    try:
+        report = report_on(bag, None, args.settle, args.window)
+    except EventregError as error:
+        if not died:
+            raise
+        fail(f'{"; ".join(died)} during the run; {error}')
+        return BROKEN
     write_json(args.json, report)
     print(f'bag: {bag}')
     print(table(report))
-    for node, how in run.processes.died.items():
-        print(f'eventreg: {node} {how} during the run', file=sys.stderr)
-    return BROKEN if run.processes.died else EXIT_CODES[report['verdict']]
+    if died:
+        fail(f'{"; ".join(died)} during the run')
+        return BROKEN
+    return EXIT_CODES[report['verdict']]
 
 
 def need_rclpy() -> None:

@@ -22,8 +22,8 @@ RECORD_QOS = QoSProfile(depth=2000)
 class Recorder(ManagedNode):
     """Records ``signals`` and their spikes; a message's time stamp is when it was sent."""
 
-    def __init__(self) -> None:
-        super().__init__('recorder')
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('recorder', **kwargs)
 
     def open(self) -> None:
         """Create the bag and the subscriptions. Raises BagError."""

@@ -47,15 +47,16 @@ class SignalNode(ManagedNode):
         """Start ticking at the next instant of the grid, or at ``start_time``."""
         clock = self.get_clock()
         self.grid = Grid(self.values['rate'])
-        now = clock.now().nanoseconds
-        self.origin = self.grid.after(max(now, round(self.values['start_time'] * SECOND) - 1))
+        if not self.in_simulation_time:
+            # rcl timers keep the phase in which they were created: begin at an instant.
+            now = clock.now().nanoseconds
+            time.sleep((self.grid.stamp(self.grid.after(now)) - now) / SECOND)
+        self.timer = self.create_timer(1.0 / self.values['rate'], self._tick)
+        start = round(self.values['start_time'] * SECOND)
+        self.origin = self.grid.after(max(clock.now().nanoseconds, start - 1))
         self.n = -1
         self.caught_up = self.dropped = self.clock_jumps = 0
         self.lateness = self.worst_lateness = 0.0
-        if not self.in_simulation_time:
-            # rcl timers keep the phase in which they were created.
-            time.sleep((self.grid.stamp(self.grid.after(now)) - now) / SECOND)
-        self.timer = self.create_timer(1.0 / self.values['rate'], self._tick)
 
     def end(self) -> None:
         """Stop ticking and leave the output at 0."""
@@ -66,7 +67,7 @@ class SignalNode(ManagedNode):
     def _tick(self) -> None:
         now = self.get_clock().now().nanoseconds
         due = self.grid.index(now) - self.origin
-        if due < self.n - self.values['rate']:
+        if self.n >= 0 and due < self.n - self.values['rate']:
             self.origin -= self.n - due
             self.clock_jumps += 1
             self.get_logger().warning('the clock went back; model time goes on from where it was')

@@ -22,8 +22,8 @@ EVENT_QOS = QoSProfile(depth=100)
 class SpikeMonitor(ManagedNode):
     """Runs one event detector per signal, the same that analyses bags."""
 
-    def __init__(self) -> None:
-        super().__init__('spike_monitor')
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('spike_monitor', **kwargs)
 
     def open(self) -> None:
         """Create, per signal, a subscription and the publishers of count and events."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from ..simulation.stimulus import Stimulus
 from .ros import run_node
@@ -12,8 +13,8 @@ from .signal import SignalNode
 class StimulusNode(SignalNode):
     """Publishes the waveform at the model time of each sample."""
 
-    def __init__(self) -> None:
-        super().__init__('stimulus')
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('stimulus', **kwargs)
 
     def open(self) -> None:
         """Read the waveform, so that a bad file is refused before anything starts."""

@@ -1,0 +1,153 @@
+"""``eventreg run``: processes over DDS, recorded and judged; its errors, deaths and interrupts."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
+
+SHORT = ['--settle', '40', '--duration', '17']
+"""Three events of w lie between model times 40 and 170: at 71.7, 109.3 and 146.8 (the truth)."""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Start ``eventreg run`` on a free domain of the loopback; nothing of it outlives the test."""
+    started = []
+
+    def start(*arguments):
+        environment = {k: v for k, v in os.environ.items() if k != 'ROS_DOMAIN_ID'}
+        process = subprocess.Popen(
+            [sys.executable, '-m', 'eventreg_ros', 'run', *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+            cwd=tmp_path, start_new_session=True,
+        )  # fmt: skip
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def children(process):
+    """The node processes of a run, by node."""
+    found = {}
+    for pid in (int(entry) for entry in os.listdir('/proc') if entry.isdigit()):
+        try:
+            with open(f'/proc/{pid}/stat') as file:
+                parent = int(file.read().rpartition(')')[2].split()[1])
+            with open(f'/proc/{pid}/cmdline') as file:
+                words = file.read().split('\0')
+        except OSError:
+            continue
+        if parent == process.pid:
+            found.update({w.rpartition('.')[2]: pid for w in words if '.nodes.' in w})
+    return found
+
+
+def wait_for(condition, seconds=40.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, 'the condition never came true'
+        time.sleep(0.05)
+
+
+def gone(pid):
+    try:
+        with open(f'/proc/{pid}/stat') as file:
+            return file.read().rpartition(')')[2].split()[0] == 'Z'
+    except OSError:
+        return True
+
+
+@pytest.mark.parametrize(
+    ('scenario', 'code', 'spurious'), [('exact', 0, 0), ('uncontrolled', 1, 3)]
+)
+def test_the_verdict_over_real_topics_is_that_of_the_paper(run, tmp_path, scenario, code, spurious):
+    process = run(scenario, *SHORT, '--bag', 'bag', '--json', 'report.json')
+    out, err = process.communicate(timeout=80)
+    assert process.returncode == code, err
+    report = json.loads((tmp_path / 'report.json').read_text())
+    assert report['rejection']['disturbance_events'] == 3
+    assert report['rejection']['spurious'] == spurious
+    assert report['scenario'] == scenario
+    assert report['signals']['w']['events'][:4] == pytest.approx(
+        [34.1671, 71.7138, 109.2605, 146.8072], abs=0.3
+    )  # truth/trajectories.json; a sample is 0.05 of model time
+    assert f'verdict: {report["verdict"]}' in out
+    assert err == ''
+    assert not children(process)
+
+
+def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, tmp_path):
+    process = run('exact', '--duration', '8', '--bag', 'bag')
+    assert 'ROS_DOMAIN_ID' in process.stdout.readline()
+    assert '0.0 of 8 s' in process.stdout.readline()
+    assert 'of 8 s' in process.stdout.readline()  # five seconds on, all signals are there
+    os.kill(children(process)['controller'], signal.SIGKILL)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 4
+    assert 'controller was killed by SIGKILL' in err
+    assert 'Traceback' not in err
+    assert 'bag: bag' in out
+    assert (tmp_path / 'bag' / 'metadata.yaml').exists()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_stops_its_nodes_and_judges_what_there_is(run, tmp_path, number):
+    process = run('exact', '--bag', 'bag')
+    assert 'exact: exosystem' in process.stdout.readline()
+    assert 'of 40 s' in process.stdout.readline()
+    nodes = children(process)
+    assert set(nodes) == {'exosystem', 'plant', 'controller', 'spike_monitor', 'recorder'}
+    time.sleep(1.5)  # something to judge
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 3, err  # too few events of w: undecided
+    assert 'interrupted' in err
+    assert 'verdict: undecided' in out
+    assert all(gone(pid) for pid in nodes.values())
+
+
+def test_the_nodes_of_a_killed_run_end_with_it(run):
+    process = run('exact', '--bag', 'bag')
+    process.stdout.readline()
+    assert 'of 40 s' in process.stdout.readline()
+    nodes = children(process)
+    process.kill()
+    wait_for(lambda: all(gone(pid) for pid in nodes.values()))
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['exact', '-p', 'controller.tau:=-1'], 'controller.tau must be a finite number > 0'),
+        (['exact', '-p', 'nonsense'], 'NODE.PARAM:=VALUE'),
+        (['missing.yaml'], 'missing.yaml'),
+        (['missing'], 'shipped are'),
+        (['tab.yaml'], 'spaces, not tabs'),
+        (['list.yaml'], 'plant.k must be a finite number'),
+        (['exact', '--bag', 'there'], 'exists already'),
+        (['exact', '--duration', '-3'], 'finite number > 0'),
+        (['exact', '--duration', 'long'], 'finite number > 0'),
+        ([], 'SCENARIO'),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, arguments, words):
+    (tmp_path / 'tab.yaml').write_text('plant:\n\tros__parameters: {}\n')
+    (tmp_path / 'list.yaml').write_text('plant:\n  ros__parameters:\n    k: [1.0]\n')
+    (tmp_path / 'there').mkdir()
+    process = run(*arguments)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 2
+    assert len(err.splitlines()) == 1
+    assert words in err
+    assert out == ''

@@ -1,0 +1,223 @@
+"""The block node: what it publishes, when, and what it does with its inputs."""
+
+import math
+import time
+from functools import partial
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
+from eventreg_ros import scenario as scenarios
+from eventreg_ros.nodes.block import BlockNode
+from eventreg_ros.simulation.block import Block
+
+EXOSYSTEM, PLANT, CONTROLLER = (
+    partial(BlockNode, kind) for kind in ('exosystem', 'plant', 'controller')
+)
+
+
+def offline(role, steps, inputs=0):
+    """The samples of the block alone, its inputs silent, stepped without ROS."""
+    block = Block(scenarios.load('exact').blocks[role])
+    zero = [0.0] * inputs
+    return [block.y] + [block.advance(zero, zero) for _ in range(steps)]
+
+
+def test_samples_are_those_of_the_block_stepped_offline_at_the_pace_of_the_clock(bench):
+    heard = bench.heard_with_stamps(Float64, 'w')
+    node = bench.add(EXOSYSTEM, start=False)
+    node.trigger_configure()
+    bench.until(lambda: node.publisher.get_subscription_count() == 1)
+    node.trigger_activate()
+    bench.until(lambda: len(heard) >= 200)
+    truth = offline('exosystem', 2000)
+    n = -1
+    for stamp, value in heard:  # a late tick publishes only the newest sample
+        n = truth.index(value, n + 1)
+        tick = node.grid.stamp(node.origin + n)
+        assert 0 <= stamp - tick < 1e9, 'sample n belongs to instant n of the grid'
+    assert truth.index(heard[0][1]) <= node.grid.index(heard[0][0]) - node.origin
+
+
+def test_remapped_and_in_a_namespace(bench):
+    heard = bench.heard(Float64, '/lab/noise')
+    bench.add(EXOSYSTEM, arguments=['-r', '__ns:=/lab', '-r', 'w:=noise'])
+    bench.until(lambda: len(heard) > 3)
+
+
+def test_whole_numbers_are_doubles_and_the_last_override_wins(bench):
+    node = bench.add(PLANT, 'k:=3', 'k:=2', 'x0:=[1, 2]')
+    assert node.get_parameter('k').value == 2.0
+    assert node.block.spec.params[0] == 2.0
+    assert node.values['x0'] == [1.0, 2.0]
+    assert node.set_parameters([Parameter('k', value=5)])[0].successful
+    assert node.get_parameter('k').type_ == Parameter.Type.DOUBLE
+    assert node.block.spec.params[0] == 5.0
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'word'),
+    [
+        ('k', -1.0, 'range'),
+        ('k', 'much', 'type'),
+        ('tau', 0.0, '> 0'),
+        ('tau', math.nan, 'range'),
+        ('gain', [1.0], 'length 2'),
+        ('time_scale', 0.0, '> 0'),
+        ('x0', [0.0, 0.0], 'inactive'),
+        ('rate', 100.0, 'inactive'),
+        ('output', 'z', 'unconfigured'),
+    ],
+)
+def test_a_refused_value_says_why_and_changes_nothing(bench, name, value, word):
+    node = bench.add(PLANT)
+    before, spec = dict(node.values), node.block.spec
+    result = node.set_parameters([Parameter(name, value=value)])[0]
+    assert not result.successful
+    assert word in result.reason
+    assert node.values == before
+    assert node.block.spec == spec
+    assert node.get_parameter(name).value == pytest.approx(before[name])
+
+
+def test_parameters_are_described(bench):
+    node = bench.add(PLANT)
+    tau = node.describe_parameter('tau')
+    assert tau.description
+    assert '> 0' in tau.additional_constraints
+    assert tau.floating_point_range[0].from_value == 0.0
+
+
+def test_k_and_tau_take_effect_from_the_next_step(bench):
+    heard = bench.heard(Float64, 'y')
+    node = bench.add(PLANT, 'x0:=[1.5, 0.0]')
+    bench.until(lambda: len(heard) > 5)
+    node.set_parameters([Parameter('k', value=50.0)])  # a leak that pulls y to 0 at once
+    bench.until(lambda: abs(heard[-1].data) < 0.1)
+    assert node.n < 200, 'the default k would have spiked meanwhile'
+
+
+def test_deactivated_it_publishes_zero_once_and_activated_it_starts_from_x0(bench):
+    heard = bench.heard(Float64, 'u')
+    node = bench.add(CONTROLLER)
+    bench.until(lambda: len(heard) > 20)
+    node.trigger_deactivate()
+    bench.until(lambda: heard[-1].data == 0.0)
+    count = len(heard)
+    bench.spin(0.1)  # twenty periods
+    assert len(heard) == count
+    node.trigger_activate()
+    bench.until(lambda: len(heard) > count)
+    assert heard[count].data == 0.5
+
+
+def test_inputs_add_with_their_signs_and_one_that_nobody_publishes_is_zero(bench):
+    node = bench.add(PLANT)
+    w = bench.peer.create_publisher(Float64, 'w', 10)
+    u = bench.peer.create_publisher(Float64, 'u', 10)
+
+    def send():
+        w.publish(Float64(data=0.7))
+        u.publish(Float64(data=0.7))
+
+    timer = bench.peer.create_timer(0.005, send)
+    bench.until(lambda: all(s.received > 50 for s in (node.samples[0], node.samples[2])))
+    assert [s.received for s in node.samples][1] == 0
+    # w - u = 0 from when both are heard: at most the few samples before have moved the state.
+    assert abs(node.block.y) < 0.2
+    timer.cancel()
+
+
+def test_a_silent_input_counts_as_zero_is_told_and_recovers(bench):
+    said = bench.heard(DiagnosticArray, '/diagnostics')
+    node = bench.add(PLANT, 'input_timeout:=0.1')
+    w = bench.peer.create_publisher(Float64, 'w', 10)
+    timer = bench.peer.create_timer(0.005, lambda: w.publish(Float64(data=0.3)))
+    bench.until(lambda: node.samples[0].received > 10)
+    assert node.silent == [False, False, False]
+    timer.cancel()
+    bench.until(lambda: node.silent == [True, False, False])
+
+    def status():
+        found = [s for a in said for s in a.status if s.name == '/plant: plant']
+        return found[-1] if found else None
+
+    bench.until(lambda: status() and status().level == DiagnosticStatus.WARN)
+    assert 'w' in status().message
+    timer.reset()
+    bench.until(lambda: node.silent == [False, False, False])
+    bench.until(lambda: status().level == DiagnosticStatus.OK)
+
+
+@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+def test_a_sample_that_is_not_finite_is_dropped_and_counted(bench, bad):
+    heard = bench.heard(Float64, 'y')
+    node = bench.add(PLANT)
+    w = bench.peer.create_publisher(Float64, 'w', 10)
+    bench.until(lambda: w.get_subscription_count() == 1)
+    w.publish(Float64(data=bad))
+    bench.until(lambda: node.samples[0].not_finite == 1)
+    count = len(heard)
+    bench.until(lambda: len(heard) > count + 5)
+    assert all(math.isfinite(m.data) for m in heard)
+    assert node.samples[0].received == 0
+
+
+def test_a_state_that_stops_being_finite_goes_through_the_error_state(bench):
+    heard = bench.heard(Float64, 'y')
+    said = bench.heard(DiagnosticArray, '/diagnostics')
+    node = bench.add(PLANT, 'x0:=[1.0e150, 0.0]')
+    bench.until(lambda: node.fault is not None)
+    assert node._state_machine.current_state[1] == 'unconfigured'
+    assert 'finite' in node.fault
+    bench.until(lambda: any(s.level == DiagnosticStatus.ERROR for a in said for s in a.status))
+    assert all(math.isfinite(m.data) for m in heard)
+    node.set_parameters([Parameter('x0', value=[0.0, 0.0])])
+    node.start()
+    count = len(heard)
+    bench.until(lambda: len(heard) > count + 3)
+    assert node.fault is None
+
+
+def test_a_late_timer_is_caught_up(bench):
+    node = bench.add(EXOSYSTEM)
+    bench.until(lambda: node.n > 5)
+    time.sleep(0.1)  # the executor is held up for twenty steps
+    bench.until(lambda: node.caught_up >= 10)
+    late = node.get_clock().now().nanoseconds - node.grid.stamp(node.origin + node.n)
+    assert late < 0.05e9
+    assert node.dropped == 0
+    assert node.block.y == offline('exosystem', node.n)[-1]
+
+
+def test_a_long_pause_is_caught_up_only_so_far_and_told(bench):
+    node = bench.add(EXOSYSTEM, 'max_catch_up:=0.05')
+    bench.until(lambda: node.n > 5)
+    origin = node.origin
+    time.sleep(0.3)
+    bench.until(lambda: node.dropped > 0)
+    assert node.dropped == node.origin - origin
+    assert node.block.y == offline('exosystem', node.n)[-1]
+    assert node.report()[0] == DiagnosticStatus.WARN
+
+
+def test_nodes_that_share_a_start_time_begin_at_the_same_instant(bench):
+    start = bench.peer.get_clock().now().nanoseconds * 1e-9 + 1.5
+    nodes = [bench.add(make, f'start_time:={start:.9f}') for make in (EXOSYSTEM, PLANT)]
+    bench.until(lambda: all(node.n > 0 for node in nodes))
+    assert nodes[0].origin == nodes[1].origin
+    assert nodes[0].grid.stamp(nodes[0].origin) >= start * 1e9 - 1000
+
+
+def test_diagnostics_come_once_a_second_in_every_state(bench):
+    said = bench.heard(DiagnosticArray, '/diagnostics')
+    node = bench.add(PLANT, start=False)
+
+    def states():
+        return [v.value for a in said for s in a.status for v in s.values if v.key == 'state']
+
+    bench.until(lambda: 'unconfigured' in states())
+    node.start()
+    bench.until(lambda: 'active' in states())

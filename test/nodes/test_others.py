@@ -1,0 +1,99 @@
+"""The stimulus, the spike monitor and the recorder."""
+
+import pytest
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64, Header, UInt64
+
+from eventreg_ros.analysis.bags import read_bag
+from eventreg_ros.errors import EventregError
+from eventreg_ros.nodes.recorder import Recorder
+from eventreg_ros.nodes.spike_monitor import COUNT_QOS, SpikeMonitor
+from eventreg_ros.nodes.stimulus import StimulusNode
+
+
+def test_the_stimulus_publishes_its_waveform_in_model_time(bench):
+    heard = bench.heard_with_stamps(Float64, 'v')
+    node = bench.add(
+        StimulusNode, 'waveform:=pulses', 'onsets:=[3, 8]', 'width:=2', 'amplitude:=1.5'
+    )
+    bench.until(lambda: node.n > 250)
+    for stamp, value in heard:
+        n = node.grid.index(stamp) - node.origin
+        t = n * 10.0 / 200.0
+        edges = min(abs(t - edge) for edge in (3.0, 5.0, 8.0, 10.0))
+        if edges > 0.05:  # a tick that comes late may carry the stamp of the next one
+            assert value == (1.5 if 3.0 <= t < 5.0 or 8.0 <= t < 10.0 else 0.0)
+
+
+def test_the_time_scale_of_the_stimulus_changes_without_a_jump(bench):
+    node = bench.add(StimulusNode, 'waveform:=sine', 'period:=100.0')
+    bench.until(lambda: node.n > 20)
+    n, before = node.n, node._model_time(node.n)
+    node.set_parameters([Parameter('time_scale', value=20.0)])
+    assert node._model_time(n) == before
+    assert node._model_time(n + 10) == pytest.approx(before + 10 * 20.0 / 200.0)
+
+
+def test_a_stimulus_without_its_file_refuses_to_start(bench, tmp_path):
+    missing = tmp_path / 'none.csv'
+    with pytest.raises(EventregError, match=r'none\.csv'):
+        bench.add(StimulusNode, 'waveform:=csv', f'file:={missing}')
+
+
+def test_the_monitor_counts_events_and_tells_when_they_were(bench):
+    events = bench.heard(Header, 'spikes/y/event')
+    bench.add(SpikeMonitor, "signals:=['y']", 'threshold:=1.0', 'reset:=0.0')
+    y = bench.peer.create_publisher(Float64, 'y', 10)
+    bench.until(lambda: y.get_subscription_count() == 1)
+    before = bench.peer.get_clock().now().nanoseconds
+    for value in (0.0, 0.5, 1.5, 0.5, 1.5, -0.1, 2.0):  # two events: 0.5 is above reset
+        y.publish(Float64(data=value))
+    bench.until(lambda: len(events) == 2)
+    counts = bench.heard(UInt64, 'spikes/y/count', COUNT_QOS)  # subscribes late
+    bench.until(lambda: counts)
+    assert [m.data for m in counts] == [2]
+    stamps = [m.stamp.sec * 10**9 + m.stamp.nanosec for m in events]
+    assert before <= stamps[0] < stamps[1] <= bench.peer.get_clock().now().nanoseconds
+    assert {m.frame_id for m in events} == {'y'}
+
+
+def test_the_monitor_tells_zero_before_the_first_event(bench):
+    bench.add(SpikeMonitor, "signals:=['y']")
+    counts = bench.heard(UInt64, 'spikes/y/count', COUNT_QOS)
+    bench.until(lambda: [m.data for m in counts] == [0])
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_the_recorder_keeps_values_and_the_time_of_sending(bench, tmp_path, storage):
+    scenario = tmp_path / 'mine.yaml'
+    scenario.write_text('plant:\n  ros__parameters:\n    k: 2.0\n')
+    node = bench.add(
+        Recorder,
+        "signals:=['y', 'u']",
+        f'path:={tmp_path / "bag"}',
+        f'storage:={storage}',
+        f'scenario:={scenario}',
+        'scenario_name:=mine',
+    )
+    y = bench.peer.create_publisher(Float64, 'y', 10)
+    bench.until(lambda: y.get_subscription_count() == 1)
+    heard = bench.heard_with_stamps(Float64, 'y')
+    bench.until(lambda: y.get_subscription_count() == 2)
+    values = [0.1, -2.5e-17, 1e300, 3.0]
+    for value in values:
+        y.publish(Float64(data=value))
+    bench.until(lambda: node.recorded['y'] == len(values) and len(heard) == len(values))
+    node.close()
+    bench.nodes.remove(node)
+    recording = read_bag(tmp_path / 'bag')
+    stamps, found = recording.signals['y']
+    assert found.tolist() == values
+    assert stamps.tolist() == [stamp for stamp, _ in heard]
+    assert len(recording.signals['u'][0]) == 0
+    assert recording.scenario == scenario.read_text()
+    assert recording.name == 'mine'
+
+
+def test_the_recorder_refuses_a_bag_that_exists(bench, tmp_path):
+    with pytest.raises(EventregError, match='exists already'):
+        bench.add(Recorder, f'path:={tmp_path}')
