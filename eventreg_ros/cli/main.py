@@ -13,7 +13,10 @@ from ..errors import EventregError
 
 VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
+    'simulate': 'the scenario offline, as one continuous system or sample by sample',
     'analyze': 'events, rejection, residual and timing of a recorded bag',
+    'certify': 'what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
+    'figures': "the paper's figures, and those that it argues in words",
 }
 """Each verb is a module beside this one; it has ``add_arguments(parser)`` and ``main(args)``."""
 
@@ -54,7 +57,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     verb = next((word for word in argv if not word.startswith('-')), None)
     args = build_parser(verb).parse_args(argv)
     try:
-        return int(module(args.verb).main(args))
+        code = int(module(args.verb).main(args))
+        sys.stdout.flush()
+        return code
     except EventregError as error:
         return fail(error)
     except KeyboardInterrupt:
@@ -62,3 +67,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+    except OSError as error:
+        return fail(error)

@@ -25,8 +25,28 @@ def internal_model_output(x: State, drive: float, p: Params) -> float:
     return p[2] * drive + p[3] * x[0] + p[4] * x[1]
 
 
-HARMONIC = Model('harmonic', 2, harmonic_rhs, first_state)
-LAG = Model('lag', 1, lag_rhs, first_state)
+def harmonic_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
+    """Return S of eq. s.linear.w; the last column, by the drive, is 0."""
+    return ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
+
+
+def lag_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
+    """Return the derivative of :func:`lag_rhs` by its state and, last, by the drive."""
+    return ((-1.0, 1.0),)
+
+
+def internal_model_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
+    """Return (Phi, G) of eq. s.linear.I.choice: by the states and, last, by the drive."""
+    return ((0.0, 1.0, 1.0), (-1.0, 0.0, 0.0))
+
+
+HARMONIC = Model('harmonic', 2, harmonic_rhs, first_state, jacobian=harmonic_jacobian)
+LAG = Model('lag', 1, lag_rhs, first_state, jacobian=lag_jacobian)
 INTERNAL_MODEL = Model(
-    'internal_model', 2, internal_model_rhs, internal_model_output, feedthrough=True
+    'internal_model',
+    2,
+    internal_model_rhs,
+    internal_model_output,
+    feedthrough=True,
+    jacobian=internal_model_jacobian,
 )

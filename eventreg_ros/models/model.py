@@ -22,9 +22,10 @@ State = tuple[float, ...]
 Params = tuple[float, float, float, float, float]
 Rhs = Callable[[State, float, Params], State]
 Output = Callable[[State, float, Params], float]
+Jacobian = Callable[[State, float, Params], tuple[State, ...]]
 
 PARAMETERS = ('k', 'tau', 'k_y', 'gain_1', 'gain_2')
-"""What the five floats of ``p`` are: conductance, time constant, and the linear controller's gains."""
+"""The five floats of ``p``: conductance, time constant, and the linear controller's gains."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,8 @@ class Model:
     """A dynamical system with one scalar input and one scalar output.
 
     ``feedthrough`` says that the output depends on the drive of the same instant.
+    ``jacobian(x, drive, p)`` is the derivative of ``rhs``, one row per state: by each state, and in
+    the last column by the drive. ``output`` is linear in (x, drive): it is its own derivative.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Model:
     rhs: Rhs
     output: Output
     feedthrough: bool = False
+    jacobian: Jacobian | None = None
 
 
 def first_state(x: State, drive: float, p: Params) -> float:

@@ -35,5 +35,22 @@ def oscillator_rhs(x: State, drive: float, p: Params) -> State:
     )
 
 
-NEURON = Model('neuron', 2, neuron_rhs, first_state)
-OSCILLATOR = Model('oscillator', 4, oscillator_rhs, first_state)
+def neuron_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
+    """Return D f of :func:`neuron_rhs` (in the proof of Lemma 1), last column by the drive."""
+    k, tau = p[0], p[1]
+    return ((1.0 - k - x[0] * x[0], -1.0, k), (tau, -tau, 0.0))
+
+
+def oscillator_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
+    """Return D f of :func:`oscillator_rhs`, last column by the drive."""
+    k, tau = p[0], p[1]
+    return (
+        (1.0 - k - x[0] * x[0], -1.0, -k, 0.0, k),
+        (tau, -tau, 0.0, 0.0, 0.0),
+        (-k, 0.0, 1.0 - k - x[2] * x[2], -1.0, 0.0),
+        (0.0, 0.0, tau, -tau, 0.0),
+    )
+
+
+NEURON = Model('neuron', 2, neuron_rhs, first_state, jacobian=neuron_jacobian)
+OSCILLATOR = Model('oscillator', 4, oscillator_rhs, first_state, jacobian=oscillator_jacobian)

@@ -73,10 +73,10 @@ class BlockNode(SignalNode):
         """Take one step with the inputs as they are known at its beginning."""
         start = self.grid.stamp(self.origin + n)
         timeout = self.values['input_timeout'] * SECOND
-        linear = self.block.spec.hold == 'linear'
+        horizon = self.block.spec.horizon
         base, slope = [], []
         for i, samples in enumerate(self.samples):
-            found = samples.over(start, self.grid.period, timeout, linear)
+            found = samples.over(start, self.grid.period, timeout, horizon)
             self._watch(i, found is None and samples.last_stamp is not None)
             b, s = found or (0.0, 0.0)
             base.append(b)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..models import Model, Params, State
-from .hold import drive
+from .hold import drive, horizon_in_steps
 from .step import make_step
 
 
@@ -32,6 +32,11 @@ class BlockSpec:
     def h(self) -> float:
         """The length of a step in model time."""
         return self.time_scale / self.rate
+
+    @property
+    def horizon(self) -> float:
+        """Steps over which an input's line is drawn onwards; 0 for the zero hold."""
+        return horizon_in_steps(self.hold, self.h)
 
 
 class Block:

@@ -10,20 +10,32 @@ from collections.abc import Sequence
 
 HOLDS = ('zero', 'linear')
 
-HORIZON = 4.0
-"""Steps over which a line is drawn onwards; an older sample, or one after a wider gap, is held."""
+HORIZON = 0.4
+"""Model time over which a line is drawn onwards; beyond it, and after a wider gap, a sample is held.
+
+Delays are physical, so this is a time and not a number of steps. Measured (docs/delays.md): 0.4
+raises the delay that the mismatched loop bears; with 0.8 its state goes out of all bounds.
+"""
+
+
+def horizon_in_steps(hold: str, h: float) -> float:
+    """Return how many steps of length ``h`` (model time) a line is drawn onwards; ``zero``: none.
+
+    At least the step itself is bridged, however long it is.
+    """
+    return max(HORIZON / h, 1.0) + 1e-9 if hold == 'linear' else 0.0
 
 
 def line(
-    newest: float, previous: float, age: float, gap: float, linear: bool
+    newest: float, previous: float, age: float, gap: float, horizon: float
 ) -> tuple[float, float]:
     """Return (base, slope) of an input over the coming step, slope per step.
 
     ``newest`` is the last sample received, ``age`` steps before the step begins; ``previous`` came
     ``gap`` > 0 steps before it. With nothing before it, pass ``newest`` twice. A sample that is
-    newer than the step's beginning has a negative age.
+    newer than the step's beginning has a negative age. Beyond ``horizon`` steps it is held.
     """
-    if not linear or age > HORIZON or gap > HORIZON:
+    if age > horizon or gap > horizon:
         return newest, 0.0
     slope = (newest - previous) / gap
     return newest + age * slope, slope

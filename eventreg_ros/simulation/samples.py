@@ -44,13 +44,14 @@ class Samples:
         return True
 
     def over(
-        self, start: int, period: float, timeout: float, linear: bool
+        self, start: int, period: float, timeout: float, horizon: float
     ) -> tuple[float, float] | None:
         """Return the input's (base, slope) over the step of ``period`` ns that begins at ``start``.
 
         Samples of the step's end or later are left for the next step: a peer on the same grid may
         already have sent one. None when the newest sample is older than ``timeout`` ns at the
-        beginning of the step, or when there is none.
+        beginning of the step, or when there is none. ``horizon`` is in steps, see
+        :func:`.hold.line`.
         """
         end = start + (1.0 - GUARD) * period
         kept = self._kept
@@ -62,12 +63,12 @@ class Samples:
         stamp, newest = kept[i]
         age = -_on_grid((stamp - start) / period)
         if i == 0:
-            return line(newest, newest, age, 1.0, False)
+            return line(newest, newest, age, 1.0, 0.0)
         before, previous = kept[i - 1]
         gap = -age - _on_grid((before - start) / period)
         if gap <= 0.0:
-            return line(newest, newest, age, 1.0, False)
-        return line(newest, previous, age, gap, linear)
+            return line(newest, newest, age, 1.0, 0.0)
+        return line(newest, previous, age, gap, horizon)
 
 
 def _on_grid(steps: float) -> float:

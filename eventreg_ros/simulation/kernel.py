@@ -1,0 +1,183 @@
+"""The closed loop, sample by sample: one implementation, plain Python or compiled by numba.
+
+It is put together from the very functions that a node calls (:func:`.step.make_step`,
+:func:`.hold.line`, :func:`.hold.drive`, the models' outputs), so it gives the same bits. It knows
+nothing of delay or loss: two tables tell it which samples each link has at each step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from ..models import Model, Params
+from .hold import drive, line
+from .step import make_step
+
+NOBODY = -1
+"""The source of an input that nobody publishes."""
+
+
+class Part(NamedTuple):
+    """What a kernel is built for, one per block; what it is run with is a :class:`Tuning`.
+
+    ``row`` is the signal that the block writes; ``sources`` the signals that it reads, NOBODY where
+    there is none. A link is an entry of ``sources`` that is not NOBODY; links count through all
+    blocks, in order.
+    """
+
+    model: Model
+    row: int
+    sources: tuple[int, ...]
+
+
+class Tuning(NamedTuple):
+    """What may change from run to run, one per block.
+
+    ``sign`` is that of each input, (1.0,) for a block without any; ``horizon`` is
+    in steps, see :func:`.hold.line`.
+    """
+
+    params: Params
+    sign: tuple[float, ...]
+    horizon: float
+
+
+class Tables(NamedTuple):
+    """What the kernel reads and writes, rows in a line: lists in plain Python, else arrays.
+
+    Sample n of signal s is ``samples[s * (steps + 1) + n]``. At step n link l has, last, sample
+    number ``newest[l * steps + n]``, and before it ``previous[l * steps + n]``; -1 means none.
+    ``h`` is in model time.
+    """
+
+    samples: Any
+    newest: Any
+    previous: Any
+    steps: int
+    h: float
+
+
+Compile = Callable[[Any], Any]
+Kernel = Callable[[Any, Any, Tables], Any]
+
+
+def _plain(function: Any) -> Any:
+    return function
+
+
+def make_kernel(parts: Sequence[Part], compile: Compile = _plain) -> Kernel:
+    """Return ``run(states, tunings, tables) -> states``: fills ``tables.samples`` from sample 1 on.
+
+    ``states`` and ``tunings`` have one entry per part, nested as :func:`nest` does it. ``compile``
+    is applied to every function that ``run`` calls (numba's njit, say), not to ``run`` itself.
+    """
+    advances, links = [], 0
+    for part in parts:
+        receives = []
+        for source in part.sources:
+            receives.append(_make_receive(source, links, compile))
+            links += source != NOBODY
+        lines = _make_lines(receives or [_make_receive(NOBODY, 0, compile)], compile)
+        advances.append(_make_advance(part, lines, compile))
+    advance = _make_chain(advances, compile)
+
+    def run(states: Any, tunings: Any, tables: Tables) -> Any:
+        for n in range(tables.steps):
+            states = advance(n, states, tunings, tables)
+        return states
+
+    return run
+
+
+def nest(entries: Sequence[Any]) -> Any:
+    """Return ``entries`` as the kernel takes them, whatever their types: (a, (b, (c, ())))."""
+    return (entries[0], nest(entries[1:])) if entries else ()
+
+
+def flatten(states: Any) -> list[float]:
+    """Return all numbers of nested states, in order."""
+    if isinstance(states, tuple):
+        return [number for part in states for number in flatten(part)]
+    return [states]
+
+
+def _make_receive(source: int, link: int, compile: Compile) -> Any:
+    """Return ``receive(n, horizon, tables) -> (base, slope)``, the line of an input over step n."""
+    if source == NOBODY:
+
+        def nothing(n: int, horizon: float, tables: Tables) -> tuple[float, float]:
+            return 0.0, 0.0
+
+        return compile(nothing)
+    extend = compile(line)
+
+    def receive(n: int, horizon: float, tables: Tables) -> tuple[float, float]:
+        i = tables.newest[link * tables.steps + n]
+        if i < 0:
+            return 0.0, 0.0
+        j = tables.previous[link * tables.steps + n]
+        first = source * (tables.steps + 1)
+        newest = tables.samples[first + i]
+        if j < 0:
+            return extend(newest, newest, float(n - i), 1.0, horizon)  # type: ignore[no-any-return]
+        previous = tables.samples[first + j]
+        return extend(newest, previous, float(n - i), float(i - j), horizon)  # type: ignore[no-any-return]
+
+    return compile(receive)
+
+
+def _make_lines(receives: Sequence[Any], compile: Compile) -> Any:
+    """Return one function that gives the lines of all inputs of a block: (bases, slopes)."""
+    head = receives[0]
+    if len(receives) == 1:
+
+        def one(n: int, horizon: float, tables: Tables) -> Any:
+            base, slope = head(n, horizon, tables)
+            return (base,), (slope,)
+
+        return compile(one)
+    tail = _make_lines(receives[1:], compile)
+
+    def several(n: int, horizon: float, tables: Tables) -> Any:
+        base, slope = head(n, horizon, tables)
+        bases, slopes = tail(n, horizon, tables)
+        return (base, *bases), (slope, *slopes)
+
+    return compile(several)
+
+
+def _make_advance(part: Part, lines: Any, compile: Compile) -> Any:
+    """Return ``advance(n, x, tuning, tables) -> x``, one block from t_n to t_(n+1)."""
+    step = make_step(part.model.rhs, part.model.dimension, compile)
+    output, add_up, row = compile(part.model.output), compile(drive), part.row
+
+    def advance(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
+        base, slope = lines(n, tuning.horizon, tables)
+        d0 = add_up(tuning.sign, base, slope, 0.0)
+        dm = add_up(tuning.sign, base, slope, 0.5)
+        d1 = add_up(tuning.sign, base, slope, 1.0)
+        x = step(x, d0, dm, d1, tuning.params, tables.h)
+        tables.samples[row * (tables.steps + 1) + n + 1] = output(x, d1, tuning.params)
+        return x
+
+    return compile(advance)
+
+
+def _make_chain(advances: Sequence[Any], compile: Compile) -> Any:
+    """Return one function that advances all blocks, each from the samples up to n."""
+    if not advances:
+
+        def nobody(n: int, states: Any, tunings: Any, tables: Tables) -> Any:
+            return states
+
+        return compile(nobody)
+    head, tail = advances[0], _make_chain(advances[1:], compile)
+
+    def chain(n: int, states: Any, tunings: Any, tables: Tables) -> Any:
+        return (
+            head(n, states[0], tunings[0], tables),
+            tail(n, states[1], tunings[1], tables),
+        )
+
+    return compile(chain)

@@ -1,0 +1,104 @@
+"""The closed loop as one system of differential equations: the models' functions, wired."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..errors import EventregError
+from ..models import Model, Params
+from .block import BlockSpec
+from .hold import drive as add_up
+from .wiring import published
+
+
+class _Part(NamedTuple):
+    """One block within the system: where its states, its inputs and its output are."""
+
+    model: Model
+    params: Params
+    first: int
+    last: int
+    sign: tuple[float, ...]
+    sources: tuple[int, ...]
+    still: tuple[float, ...]
+    slot: int
+
+
+class System:
+    """All blocks as one ODE: x' = f(v, x), x the states of all blocks one after the other.
+
+    ``x0`` is the initial state; ``slots`` says where :meth:`signals` has each signal.
+    """
+
+    def __init__(self, blocks: Mapping[str, BlockSpec], stimulus_output: str | None = None) -> None:
+        names = published(blocks, stimulus_output)
+        self.slots = {name: 1 + i for i, name in enumerate(names)}
+        self._v = self.slots.get(stimulus_output or '', 0)
+        self.x0 = [x for spec in blocks.values() for x in spec.x0]
+        self._parts, first = [], 0
+        for spec in blocks.values():
+            last = first + spec.model.dimension
+            self._parts.append(self._part(spec, first, last))
+            first = last
+        self._direct = [part for part in self._parts if not part.model.feedthrough]
+        self._through = _in_order([part for part in self._parts if part.model.feedthrough], blocks)
+
+    def _part(self, spec: BlockSpec, first: int, last: int) -> _Part:
+        return _Part(
+            spec.model,
+            spec.params,
+            first,
+            last,
+            tuple(sign for _, sign in spec.inputs),
+            tuple(self.slots.get(signal, 0) for signal, _ in spec.inputs),
+            (0.0,) * len(spec.inputs),
+            self.slots[spec.output],
+        )
+
+    def signals(self, v: Any, x: Any) -> list[Any]:
+        """Return all signals, by slot; slot 0 is 0, the input that nobody publishes.
+
+        ``v`` and the entries of ``x`` are floats, or arrays of one shape (then so are the signals).
+        """
+        values = [0.0] * (1 + len(self.slots))
+        values[self._v] = v if self._v else 0.0
+        for part in self._direct:
+            values[part.slot] = part.model.output(x[part.first : part.last], 0.0, part.params)
+        for part in self._through:
+            state, drive = x[part.first : part.last], self._drive(part, values)
+            values[part.slot] = part.model.output(state, drive, part.params)
+        return values
+
+    def derivative(self, v: float, x: Any) -> list[float]:
+        """Return x' by model time."""
+        values = self.signals(v, x)
+        slope: list[float] = []
+        for part in self._parts:
+            state, drive = x[part.first : part.last], self._drive(part, values)
+            slope += part.model.rhs(state, drive, part.params)
+        return slope
+
+    @staticmethod
+    def _drive(part: _Part, values: Sequence[Any]) -> Any:
+        return add_up(part.sign, [values[i] for i in part.sources], part.still, 0.0)
+
+
+def _in_order(parts: list[_Part], blocks: Mapping[str, BlockSpec]) -> list[_Part]:
+    """Sort blocks with feedthrough so that each comes after those that it reads.
+
+    Raises EventregError when they go round in a circle.
+    """
+    done: list[_Part] = []
+    while parts:
+        waiting = {part.slot for part in parts}
+        ready = [part for part in parts if not waiting.intersection(part.sources)]
+        if not ready:
+            names = [name for name, spec in blocks.items() if spec.model.feedthrough]
+            raise EventregError(
+                f'algebraic loop: the outputs of {", ".join(names)} depend on each other at the '
+                f'same instant; rewire one, or simulate with --sampled'
+            )
+        done += ready
+        parts = [part for part in parts if part not in ready]
+    return done

@@ -1,0 +1,49 @@
+import pytest
+
+from eventreg_ros.simulation.hold import HORIZON, drive, horizon_in_steps, line
+
+
+@pytest.mark.parametrize('age', [-0.5, 0.0, 1.0, 2.5])
+@pytest.mark.parametrize('gap', [0.5, 1.0, 3.0])
+def test_a_line_goes_through_both_samples(age, gap):
+    base, slope = line(0.7, 0.4, age, gap, 4.0)
+    assert base + -age * slope == pytest.approx(0.7, abs=1e-15)
+    assert base + (-age - gap) * slope == pytest.approx(0.4, abs=1e-15)
+
+
+def test_zero_holds_the_newest():
+    assert line(0.7, 0.4, 2.0, 1.0, 0.0) == (0.7, 0.0)
+
+
+@pytest.mark.parametrize(('age', 'gap'), [(4.1, 1.0), (0.0, 4.1)])
+def test_beyond_the_horizon_and_after_a_gap_it_holds(age, gap):
+    assert line(0.7, 0.4, age, gap, 4.0) == (0.7, 0.0)
+
+
+def test_the_first_sample_passed_twice_is_held():
+    assert line(0.7, 0.7, 0.0, 1.0, 4.0) == (0.7, 0.0)
+
+
+@pytest.mark.parametrize('theta', [0.0, 0.5, 1.0])
+def test_drive_is_the_signed_sum_along_the_step(theta):
+    sign, base, slope = (1.0, 1.0, -1.0), (0.5, 0.25, 2.0), (1.0, 0.0, -4.0)
+    assert drive(sign, base, slope, theta) == 0.5 + theta + 0.25 - 2.0 + 4.0 * theta
+
+
+def test_no_input_drives_nothing():
+    assert drive((), (), (), 0.5) == 0.0
+
+
+@pytest.mark.parametrize('h', [0.01, 0.05, 0.4])
+def test_the_horizon_is_a_model_time(h):
+    bridged = round(HORIZON / h)
+    assert line(0.7, 0.4, float(bridged), 1.0, horizon_in_steps('linear', h))[1] != 0.0
+    assert line(0.7, 0.4, bridged + 1.0, 1.0, horizon_in_steps('linear', h))[1] == 0.0
+
+
+def test_a_step_longer_than_the_horizon_is_still_bridged():
+    assert line(0.7, 0.4, 0.0, 1.0, horizon_in_steps('linear', 2.0 * HORIZON))[1] != 0.0
+
+
+def test_the_zero_hold_has_no_horizon():
+    assert horizon_in_steps('zero', 0.01) == 0.0
