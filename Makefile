@@ -6,7 +6,7 @@ BIN = $(VENV)/bin
 # Nothing here leaves the loopback.
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench figures clean
 
 demo: $(VENV)/installed
 	rm -rf build/demo
@@ -23,6 +23,10 @@ lint: $(VENV)/installed
 
 bench: $(VENV)/installed
 	@for table in bench/*.py; do echo "== $$table"; $(BIN)/python $$table || exit 1; done
+
+# The pictures of docs/gallery.md and the page itself; a rerun on one machine changes no byte.
+figures: $(VENV)/installed
+	$(BIN)/eventreg figures --out docs/figures --format svg --page docs/gallery.md
 
 $(VENV)/installed: setup.py pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -1,3 +1,32 @@
 """Neuromorphic disturbance rejection for ROS 2: events are rejected, not trajectories."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .api import Certificate as Certificate
+    from .api import Run as Run
+    from .api import Scenario as Scenario
+    from .api import certificates as certificates
+    from .api import events as events
+    from .api import judge as judge
+    from .api import load as load
+    from .api import simulate as simulate
+
 __version__ = '0.1.0'
+
+__all__ = ['Certificate', 'Run', 'Scenario', 'certificates', 'events', 'judge', 'load', 'simulate']
+
+
+def __getattr__(name: str) -> Any:
+    """Import the library (:mod:`.api`) when the first of its names is asked for."""
+    if name not in __all__:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    from . import api
+
+    return getattr(api, name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

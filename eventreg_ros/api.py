@@ -1,0 +1,161 @@
+r"""The library: what the commands do, for notebooks and scripts.
+
+    from eventreg_ros import load, simulate, certificates
+
+    scenario = load('exact', 'controller.k:=3')
+    run = simulate(scenario, duration=400)
+    print(run.verdict, run.events['w'], run['y'][-1])
+    print(*certificates(scenario), sep='\n')
+
+All public names of this module are there as ``from eventreg_ros import ...``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from . import scenario as scenarios
+from .analysis.events import RESET, THRESHOLD, detect
+from .analysis.rejection import SETTLE, WINDOW
+from .analysis.verdict import Report, table
+from .analysis.verdict import judge as judge_signals
+from .certify import certify
+from .models.certificates import Certificate
+from .models.roles import STIMULUS_OUTPUT
+from .scenario import Scenario
+from .simulation.continuous import simulate as simulate_continuous
+from .simulation.sampled import simulate_sampled
+from .simulation.trajectory import Array, Trajectory
+from .simulation.wiring import common_grid
+
+FINE = 0.02
+"""Model time between the samples in which a continuous run's events are looked for, at most."""
+
+__all__ = ['Certificate', 'Run', 'Scenario', 'certificates', 'events', 'judge', 'load', 'simulate']
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """A simulated scenario.
+
+    ``t`` has shape (n,), in model time, every time_scale / rate from 0; so has each of ``signals``,
+    the outputs of the blocks and of the stimulus by name, which ``run['y']`` reads as well.
+    """
+
+    scenario: Scenario
+    t: Array
+    signals: Mapping[str, Array]
+    fine: Trajectory
+    """The grid in which events are looked for; in a sampled run the same."""
+
+    def __repr__(self) -> str:
+        signals = ', '.join(self.signals)
+        return f'<Run of {self.scenario.name}: {signals}; {self.t[-1]:g} model time units>'
+
+    def __str__(self) -> str:
+        """Return the table that ``eventreg simulate`` prints; it ends with the verdict."""
+        return table(self.report)
+
+    def __getitem__(self, signal: str) -> Array:
+        """Return one signal. Raises KeyError when the scenario has none of that name."""
+        return self.signals[signal]
+
+    @cached_property
+    def report(self) -> Report:
+        """Everything that ``eventreg simulate --json`` writes, with its defaults."""
+        return judge(self)
+
+    @property
+    def verdict(self) -> str:
+        """``rejected``, ``not rejected`` or ``undecided``."""
+        return str(self.report['verdict'])
+
+    @property
+    def events(self) -> dict[str, list[float]]:
+        """The model times of all events of each signal."""
+        found = self.report['signals']
+        return {name: [float(t) for t in entry['events']] for name, entry in found.items()}
+
+
+def load(scenario: str, *overrides: str) -> Scenario:
+    """Read a scenario, by the name of a shipped one or by the path of a parameter file.
+
+    ``overrides`` are what follows -p on a command line: 'NODE.PARAM:=VALUE', NODE may be '/**'.
+    Raises ScenarioError or ParameterError, one line with the remedy.
+    """
+    return scenarios.load(scenario, overrides)
+
+
+def simulate(
+    scenario: Scenario | str,
+    duration: float = 400.0,
+    *,
+    sampled: bool = False,
+    delay: float = 0.0,
+    loss: float = 0.0,
+    jitter: float = 0.0,
+    seed: int = 0,
+) -> Run:
+    """Simulate a scenario (or the one of that name) over ``duration`` of model time.
+
+    As one continuous system, or ``sampled``: sample by sample as the nodes do it in lockstep, each
+    link with ``delay`` and ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``.
+    Raises EventregError when the loop cannot be simulated or the state stops being finite.
+    """
+    scenario = _loaded(scenario)
+    blocks, stimulus = scenario.blocks, scenario.stimulus
+    v = STIMULUS_OUTPUT if stimulus is None else scenario.nodes['stimulus']['output']
+    if sampled:
+        found = simulate_sampled(
+            blocks, stimulus, duration, stimulus_output=v,
+            delay=delay, loss=loss, jitter=jitter, seed=seed,
+        )  # fmt: skip
+        return Run(scenario, found.t, found.signals, found)
+    time_scale, rate = common_grid(blocks)
+    every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
+    fine = {name: replace(spec, rate=every * spec.rate) for name, spec in blocks.items()}
+    found = simulate_continuous(fine, stimulus, duration, stimulus_output=v)
+    coarse = {name: x[::every] for name, x in found.signals.items()}
+    return Run(scenario, found.t[::every], coarse, found)
+
+
+def events(
+    t: Array, values: Array, threshold: float = THRESHOLD, reset: float = RESET
+) -> list[float]:
+    """Return the times of the events of one signal, samples ``values`` at ``t``, both shape (n,).
+
+    An event rises through ``threshold`` after the signal was at or below ``reset``.
+    """
+    return detect(t.tolist(), values.tolist(), threshold, reset)
+
+
+def judge(run: Run, settle: float = SETTLE, window: float = WINDOW) -> Report:
+    """Return the report on a run: verdict, rejection, residual, synchronisation, signals.
+
+    Events before ``settle`` do not count; those of y and y_r match within ``window`` (model time).
+    """
+    threshold, reset = run.scenario.monitor
+    return judge_signals(
+        {name: (run.fine.t, x) for name, x in run.fine.signals.items()},
+        scenario=run.scenario.name,
+        time_scale=run.scenario.time_scale,
+        threshold=threshold,
+        reset=reset,
+        settle=settle,
+        window=window,
+    )
+
+
+def certificates(scenario: Scenario | str) -> list[Certificate]:
+    """Return what theory says of a scenario, and what is measured where theory is silent.
+
+    What ``eventreg certify`` prints; the measured Lyapunov exponents take a second or two.
+    """
+    return certify(_loaded(scenario))
+
+
+def _loaded(scenario: Scenario | str) -> Scenario:
+    return load(scenario) if isinstance(scenario, str) else scenario

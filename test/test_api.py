@@ -1,0 +1,129 @@
+"""The library: ``from eventreg_ros import ...``."""
+
+import json
+
+import numpy as np
+import pytest
+
+import eventreg_ros
+from eventreg_ros import certificates, events, judge, load, simulate
+from eventreg_ros.analysis.events import detect
+from eventreg_ros.certify import certify
+from eventreg_ros.cli.main import main
+from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
+from eventreg_ros.simulation.continuous import simulate as continuous
+from eventreg_ros.simulation.sampled import simulate_sampled
+
+
+@pytest.fixture(scope='module')
+def exact():
+    return simulate('exact', 200.0)
+
+
+def test_importing_the_package_does_not_import_the_library(python):
+    code = (
+        'import sys, eventreg_ros; before = set(sys.modules); eventreg_ros.load;'
+        'print("eventreg_ros.api" in before, "numpy" in before, "eventreg_ros.api" in sys.modules)'
+    )
+    assert python('-c', code).stdout.split() == ['False', 'False', 'True']
+
+
+def test_every_public_name_is_there_and_documented():
+    for name in eventreg_ros.__all__:
+        assert getattr(eventreg_ros, name).__doc__
+        assert name in dir(eventreg_ros)
+    assert set(eventreg_ros.__all__) == set(eventreg_ros.api.__all__)
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match='nonsense'):
+        _ = eventreg_ros.nonsense
+
+
+def test_public_names_are_not_hidden_by_submodules(python):
+    # A submodule of the same name would take its place once it is imported.
+    code = (
+        'import pkgutil, eventreg_ros;'
+        'print({m.name for m in pkgutil.iter_modules(eventreg_ros.__path__)}'
+        ' & set(eventreg_ros.__all__))'
+    )
+    assert python('-c', code).stdout == 'set()\n'
+
+
+@pytest.mark.parametrize('more', [{}, {'sampled': True, 'delay': 0.1, 'loss': 0.1, 'seed': 3}])
+def test_the_report_is_that_of_the_command(tmp_path, more, capsys):
+    run = simulate(load('mismatch', 'controller.k:=4'), 150.0, **more)
+    flags = [f'--{k}' if v is True else f'--{k}={v}' for k, v in more.items()]
+    out = tmp_path / 'report.json'
+    arguments = ['simulate', 'mismatch', '-p', 'controller.k:=4', '--duration', '150']
+    assert main([*arguments, *flags, '--json', str(out)]) in (0, 1, 3)
+    assert json.loads(out.read_text()) == json.loads(json.dumps(run.report))
+    assert str(run) + '\n' == capsys.readouterr().out
+
+
+def test_a_continuous_run_is_on_the_grid_of_the_nodes(exact):
+    blocks = load('exact').blocks
+    direct = continuous(blocks, None, 200.0)
+    np.testing.assert_allclose(exact.t, direct.t, rtol=0.0, atol=1e-12)
+    assert exact.t[1] == pytest.approx(blocks['plant'].h)
+    for name, x in direct.signals.items():
+        np.testing.assert_allclose(exact[name], x, rtol=0.0, atol=1e-9)
+
+
+def test_a_sampled_run_is_the_sampled_simulation_to_the_bit():
+    scenario = load('open')
+    run = simulate(scenario, 100.0, sampled=True, jitter=0.2, seed=1)
+    direct = simulate_sampled(scenario.blocks, scenario.stimulus, 100.0, jitter=0.2, seed=1)
+    assert list(run.signals) == list(direct.signals)
+    for name, x in direct.signals.items():
+        np.testing.assert_array_equal(run[name], x)
+
+
+def test_a_run_knows_its_events_and_verdict(exact):
+    assert exact.verdict == exact.report['verdict'] == 'rejected'
+    assert exact.events['y'] == []
+    found = detect(exact.fine.t, exact.fine.signals['w'])
+    assert exact.events['w'] == found
+    assert all(type(t) is float for t in exact.events['w'])
+    assert repr(exact) == '<Run of exact: w, y, u; 200 model time units>'
+    with pytest.raises(KeyError):
+        exact['nonsense']
+
+
+def test_too_short_a_run_is_undecided():
+    assert simulate('exact', 110.0).verdict == 'undecided'
+
+
+def test_events_and_judge_take_their_own_limits(exact):
+    assert events(exact.t, exact['w'], 1.0, 0.0) == detect(exact.t, exact['w'])
+    assert len(events(exact.t, exact['w'], threshold=1.95)) == 0
+    report = judge(exact, settle=0.0)
+    assert report['settle'] == 0.0
+    assert report['rejection']['disturbance_events'] == len(exact.events['w'])
+    assert report['verdict'] == 'rejected'
+
+
+def test_the_scenario_decides_what_an_event_is():
+    run = simulate(load('linear', 'spike_monitor.threshold:=0.9'), 60.0)
+    assert run.events['w'] == detect(run.fine.t, run.fine.signals['w'], 0.9, 0.0)
+
+
+def test_the_stimulus_goes_by_the_name_that_the_scenario_gives_it():
+    run = simulate(load('open', 'stimulus.output:=drive'), 70.0)
+    assert run['drive'].max() == 1.5
+    assert np.abs(run['y_r']).max() == 0.0  # nobody publishes v any more
+
+
+def test_certificates_are_those_of_certify():
+    assert certificates('linear') == certify(load('linear'))
+
+
+def test_bad_input_raises_what_the_commands_report():
+    with pytest.raises(ParameterError, match=r'controller\.tau'):
+        load('exact', 'controller.tau:=-1')
+    with pytest.raises(ScenarioError, match='no scenario'):
+        simulate('nonsense')
+    with pytest.raises(EventregError, match='duration'):
+        simulate('exact', -1.0)
+    with pytest.raises(EventregError, match='loss'):
+        simulate('exact', 10.0, sampled=True, loss=2.0)
