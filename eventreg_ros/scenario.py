@@ -62,7 +62,15 @@ class Scenario:
         return monitor_defaults() if values is None else (values['threshold'], values['reset'])
 
     def _common(self, name: str) -> float:
-        found = {node: values[name] for node, values in self.nodes.items() if name in values}
+        found = {
+            node: values[name]
+            for node, values in self.nodes.items()
+            if name in values and 'output' in values
+        }
+        if not found:
+            raise ScenarioError(
+                f'scenario {self.name} has no {name}: it names no block; name the plant at least'
+            )
         if len(set(found.values())) > 1:
             raise ScenarioError(
                 f'scenario {self.name}: all nodes must have the same {name}, got '
@@ -160,13 +168,20 @@ def find(scenario: str) -> Path:
 
 def parse(text: str, name: str, overrides: Iterable[str] = ()) -> Scenario:
     """Read a scenario from the text of a ROS parameter file; see :func:`load`."""
-    given = _nodes(_yaml(text, name), name)
+    try:
+        given = _nodes(_yaml(text, name), name)
+    except RecursionError:
+        raise ScenarioError(f'scenario {name} nests without end; remove the alias') from None
     for override in overrides:
         _apply(override, given)
     everyone = given.pop(WILDCARD, {})
     for parameter in everyone:
         if not is_ros_parameter(parameter) and not any(_has(n, parameter) for n in NODES):
-            raise ParameterError(f'no node has the parameter {parameter!r} that {WILDCARD} sets')
+            known = {p.name: None for table in NODES.values() for p in table}
+            raise ParameterError(
+                f'{WILDCARD}.{parameter}: no node has the parameter {parameter!r}'
+                f'{hint(parameter, known)}'
+            )
     if not given:
         raise ScenarioError(
             f'scenario {name} names no node; name at least one of {", ".join(NODES)}'
@@ -234,6 +249,8 @@ def _yaml(text: str, name: str) -> Any:
         if "'\\t'" in problem:
             problem += ' (indent with spaces, not tabs)'
         raise ScenarioError(f'scenario {name}{where}: not valid YAML: {problem}') from None
+    except ValueError as error:  # a date that does not exist, say
+        raise ScenarioError(f'scenario {name}: not valid YAML: {error}') from None
 
 
 def _nodes(data: Any, name: str) -> dict[str, dict[str, Any]]:

@@ -75,9 +75,10 @@ def how_it_ended(code: int) -> str:
         return f'was killed by signal {-code}'
 
 
-def node_command(node: str, arguments: Sequence[str]) -> list[str]:
-    """Return the command that runs one of our nodes, with ROS ``arguments``."""
-    return [sys.executable, '-m', f'eventreg_ros.nodes.{node}', '--ros-args', *arguments]
+def node_command(node: str, arguments: Sequence[str], names: Sequence[str] = ()) -> list[str]:
+    """Return the command that runs one of our nodes, with ``names`` and then ROS ``arguments``."""
+    module = f'eventreg_ros.nodes.{node}'
+    return [sys.executable, '-m', module, *names, '--ros-args', *arguments]
 
 
 def _end_with_parent() -> Callable[[], None] | None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 from std_msgs.msg import Float64
 
+from ..parameter import ACTIVE
 from ..scenario import block_spec
 from ..simulation.block import Block
 from ..simulation.grid import SECOND
+from ..simulation.numbered import Numbered
 from ..simulation.samples import Samples
-from .managed import WARN
-from .signal import SIGNAL_QOS, SignalNode
+from .lockstep import Lockstep, number_of
+from .managed import WARN, InfoCallback
+from .realtime import RealTime
+from .signal import SignalNode
 
 
 class BlockNode(SignalNode):
@@ -23,10 +28,12 @@ class BlockNode(SignalNode):
         super().open()
         self.spec = block_spec(self.kind, self.values)
         self.samples = [Samples() for _ in self.spec.inputs]
+        self.numbered = [Numbered() for _ in self.spec.inputs]
         self.silent = [False] * len(self.samples)
         self.not_finite_told = [False] * len(self.samples)
+        make = self._numbered_receiver if self.values['lockstep'] else self._receiver
         self.subscriptions_by_input = {
-            signal: self.subscribe(Float64, signal, self._receiver(i), SIGNAL_QOS)
+            signal: self.subscribe(Float64, signal, make(i), self.signal_qos)
             for i, (signal, _) in enumerate(self.spec.inputs)
         }
 
@@ -36,20 +43,6 @@ class BlockNode(SignalNode):
         for subscription in getattr(self, 'subscriptions_by_input', {}).values():
             self.destroy_subscription(subscription)
         self.subscriptions_by_input = {}
-
-    def _receiver(self, i: int) -> Any:
-        def receive(message: Float64, info: dict[str, Any]) -> None:
-            samples = self.samples[i]
-            before = samples.not_finite
-            samples.push(self.stamp_of(info), message.data)
-            if samples.not_finite > before and not self.not_finite_told[i]:
-                self.not_finite_told[i] = True
-                self.get_logger().warning(
-                    f'input {self.spec.inputs[i][0]} sent {message.data}; samples that are not '
-                    'finite are dropped and counted in the diagnostics'
-                )
-
-        return receive
 
     def begin(self) -> None:
         """Start from x0."""
@@ -71,18 +64,40 @@ class BlockNode(SignalNode):
 
     def following(self, n: int) -> float:
         """Take one step with the inputs as they are known at its beginning."""
-        start = self.grid.stamp(self.origin + n)
+        lines = self._numbered_lines(n) if self.values['lockstep'] else self._lines(n)
+        y = self.block.advance(*lines)
+        return y if all(x - x == 0.0 for x in self.block.x) else math.nan
+
+    # In real time: by time stamp
+
+    def _receiver(self, i: int) -> InfoCallback:
+        def receive(message: Float64, info: dict[str, Any]) -> None:
+            samples = self.samples[i]
+            before = samples.not_finite
+            samples.push(self.stamp_of(info), message.data)
+            if samples.not_finite > before and not self.not_finite_told[i]:
+                self.not_finite_told[i] = True
+                self.get_logger().warning(
+                    f'input {self.spec.inputs[i][0]} sent {message.data}; samples that are not '
+                    'finite are dropped and counted in the diagnostics'
+                )
+
+        return receive
+
+    def _lines(self, n: int) -> tuple[list[float], list[float]]:
+        assert isinstance(self.pace, RealTime)
+        grid = self.pace.grid
+        start = grid.stamp(self.pace.origin + n)
         timeout = self.values['input_timeout'] * SECOND
         horizon = self.block.spec.horizon
         base, slope = [], []
         for i, samples in enumerate(self.samples):
-            found = samples.over(start, self.grid.period, timeout, horizon)
+            found = samples.over(start, grid.period, timeout, horizon)
             self._watch(i, found is None and samples.last_stamp is not None)
             b, s = found or (0.0, 0.0)
             base.append(b)
             slope.append(s)
-        y = self.block.advance(base, slope)
-        return y if all(x - x == 0.0 for x in self.block.x) else float('nan')
+        return base, slope
 
     def _watch(self, i: int, silent: bool) -> None:
         """Say once that an input fell silent, and once that it is back."""
@@ -97,9 +112,42 @@ class BlockNode(SignalNode):
         else:
             self.get_logger().info(f'input {signal} is back')
 
-    def report(self) -> tuple[bytes, str, dict[str, object]]:
+    # In lockstep: by number
+
+    def _numbered_receiver(self, i: int) -> InfoCallback:
+        def receive(message: Float64, info: dict[str, Any]) -> None:
+            self.numbered[i].push(number_of(info), message.data)
+            if self.stage == ACTIVE and isinstance(self.pace, Lockstep):
+                self.pace.go()
+
+        return receive
+
+    def ready(self, n: int) -> bool:
+        """Say whether sample ``n`` of every input has come."""
+        return all(samples.has(n) for samples in self.numbered)
+
+    def missing(self, n: int) -> list[str]:
+        """Return the inputs whose sample ``n`` has not come, and what is wrong with them."""
+        return [
+            f'input {signal}' + (f' ({samples.flaw})' if samples.flaw else '')
+            for (signal, _), samples in zip(self.spec.inputs, self.numbered, strict=True)
+            if not samples.has(n)
+        ]
+
+    def _numbered_lines(self, n: int) -> tuple[list[float], list[float]]:
+        horizon = self.block.spec.horizon
+        lines = [samples.over(n, horizon) for samples in self.numbered]
+        return [base for base, _ in lines], [slope for _, slope in lines]
+
+    # What is told
+
+    def report(self) -> tuple[bytes, str, dict[str, Any]]:
         """Add what is known of the inputs; WARN when one is silent."""
         level, message, values = super().report()
+        if self.values['lockstep']:
+            for (signal, _), numbered in zip(self.spec.inputs, self.numbered, strict=True):
+                values[f'{signal}.received'] = numbered.received
+            return level, message, values
         now = self.get_clock().now().nanoseconds
         for (signal, _), samples in zip(self.spec.inputs, self.samples, strict=True):
             last = samples.last_stamp

@@ -8,16 +8,18 @@ from types import TracebackType
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile
-from std_msgs.msg import UInt64
+from std_msgs.msg import Header, UInt64
 
 from ..errors import EventregError
+from ..simulation.grid import SECOND, Grid
+from .lockstep import REACHED, REACHED_QOS
 from .ros import make_executor
 from .spike_monitor import COUNT_QOS
 
@@ -46,6 +48,8 @@ class Conductor:
         self._executor.add_node(self._node)
         self._seen: dict[str, dict[str, str]] = {}
         self.counts: dict[str, int] = {}
+        self.faults: dict[str, str] = {}
+        self._reached: dict[str, int] = {}
         self._node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, QoSProfile(depth=100)
         )
@@ -62,7 +66,10 @@ class Conductor:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._seen[status.name.partition(':')[0]] = {v.key: v.value for v in status.values}
+            node = status.name.partition(':')[0]
+            self._seen[node] = {v.key: v.value for v in status.values}
+            if status.level == DiagnosticStatus.ERROR:
+                self.faults[node] = status.message
 
     def watch(self, signals: Sequence[str]) -> None:
         """Keep ``counts``, the events of each of ``signals`` so far, up to date."""
@@ -72,6 +79,18 @@ class Conductor:
                 self.counts[signal] = message.data
 
             self._node.create_subscription(UInt64, f'spikes/{signal}/count', on_count, COUNT_QOS)
+
+    def follow(self, participants: Sequence[str], rate: float) -> Callable[[], int]:
+        """Return a function that gives the step which all participants of a lockstep reached."""
+        grid = Grid(rate)
+        self._reached = dict.fromkeys((f'/{name}' for name in participants), -1)
+
+        def on_reached(message: Header) -> None:
+            stamp = message.stamp.sec * SECOND + message.stamp.nanosec
+            self._reached[message.frame_id] = grid.index(stamp)
+
+        self._node.create_subscription(Header, REACHED, on_reached, REACHED_QOS)
+        return lambda: min(self._reached.values())
 
     def now(self) -> float:
         """Return ROS time in seconds."""
@@ -184,7 +203,7 @@ def expected_matches(
         for signal in inputs:
             listened[signal] = listened.get(signal, 0) + 1
         expected[name] = {f'{s}.publishers': 1 for s in inputs if s in published}
-        if name == 'recorder':
+        if name == 'recorder' and not values['lockstep']:
             spikes = [s for s in values['signals'] if s in monitored]
             expected[name].update({f'spikes/{s}/count.publishers': 1 for s in spikes})
     for name, values in nodes.items():

@@ -57,17 +57,24 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
 
     0 after a clean end, 2 after bad arguments or parameters, which are told in one line.
     """
+    return run_nodes([make], args)
+
+
+def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = None) -> int:
+    """Run several nodes in one executor; otherwise as :func:`run_node`."""
     stopped = _note_signals()
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except Exception as error:
         return _fail(str(error).split(', at ')[0])
-    node = None
+    nodes: list[Any] = []
     try:
-        node = make()
         executor = make_executor()
-        executor.add_node(node)
-        node.start()
+        for make in makes:
+            nodes.append(make())
+            executor.add_node(nodes[-1])
+        for node in nodes:
+            node.start()
         if not stopped:
             spin(executor)
     except ExternalShutdownException:
@@ -75,7 +82,7 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
     except EventregError as error:
         return _fail(str(error))
     finally:
-        if node is not None:
+        for node in nodes:
             node.close()
         get_default_context().try_shutdown()
         # Python's own handlers go as it ends, ros2 launch signals once more by then: ignore it.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import deque
 from typing import Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -10,10 +11,12 @@ from rclpy.time import Time
 from std_msgs.msg import Float64, Header, UInt64
 
 from ..analysis.events import EventDetector
+from ..parameter import ACTIVE
 from ..simulation.grid import SECOND
+from .lockstep import Participant, number_of
 from .managed import OK, ManagedNode
 from .ros import run_node
-from .signal import SIGNAL_QOS
+from .signal import LOCKSTEP_QOS, SIGNAL_QOS
 
 COUNT_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVENT_QOS = QoSProfile(depth=100)
@@ -24,16 +27,17 @@ class SpikeMonitor(ManagedNode):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('spike_monitor', **kwargs)
+        self.participant: Participant | None = None
+        self.early: deque[Any] = deque(maxlen=10000)
 
     def open(self) -> None:
         """Create, per signal, a subscription and the publishers of count and events."""
         self.counts, self.events, self.sources = {}, {}, {}
+        qos = LOCKSTEP_QOS if self.values['lockstep'] else SIGNAL_QOS
         for signal in self.values['signals']:
             self.counts[signal] = self.advertise(UInt64, f'spikes/{signal}/count', COUNT_QOS)
             self.events[signal] = self.advertise(Header, f'spikes/{signal}/event', EVENT_QOS)
-            self.sources[signal] = self.subscribe(
-                Float64, signal, self._receiver(signal), SIGNAL_QOS
-            )
+            self.sources[signal] = self.subscribe(Float64, signal, self._receiver(signal), qos)
 
     def shut(self) -> None:
         """Destroy them."""
@@ -48,8 +52,33 @@ class SpikeMonitor(ManagedNode):
     def begin(self) -> None:
         """Count from 0."""
         self._restart()
+        if self.values['lockstep']:
+            self.participant = Participant(self, lambda: None, self._missing)
         for count in self.counts.values():
             self.send(count, UInt64(data=0))
+        if self.participant is not None:
+            self.stage = ACTIVE
+            for receive, message, info in self.early:
+                receive(message, info)
+        self.early.clear()
+
+    def end(self) -> None:
+        """Count no more."""
+        if self.participant is not None:
+            self.participant.end()
+            self.participant = None
+
+    def _step(self, signal: str, info: dict[str, Any]) -> int:
+        """Return the simulation time of a sample in lockstep, and tell the clock of it."""
+        assert self.participant is not None
+        self.seen[signal] = number_of(info)
+        reached = min(self.seen.values())
+        while self.participant.reached < reached:
+            self.participant.reach(self.participant.reached + 1)
+        return self.participant.stamp(self.seen[signal])
+
+    def _missing(self, n: int) -> list[str]:
+        return [signal for signal, seen in self.seen.items() if seen <= n]
 
     def changed(self) -> None:
         """Look for the next event with the new threshold and reset; counts go on."""
@@ -57,14 +86,19 @@ class SpikeMonitor(ManagedNode):
     def _restart(self) -> None:
         threshold, reset = self.values['threshold'], self.values['reset']
         self.detectors = {s: EventDetector(threshold, reset) for s in self.values['signals']}
-        self.zero = self.get_clock().now().nanoseconds
+        self.seen = dict.fromkeys(self.values['signals'], -1)
+        lockstep = self.values['lockstep']
+        self.zero = 0 if lockstep else self.get_clock().now().nanoseconds
 
     def _receiver(self, signal: str) -> Any:
         def receive(message: Float64, info: dict[str, Any]) -> None:
-            if self.stage != 'active':
+            if self.stage != ACTIVE:
+                if self.values['lockstep']:
+                    self.early.append((receive, message, info))
                 return
             detector = self.detectors[signal]
-            t = detector.push((self.stamp_of(info) - self.zero) / SECOND, message.data)
+            stamp = self.stamp_of(info) if self.participant is None else self._step(signal, info)
+            t = detector.push((stamp - self.zero) / SECOND, message.data)
             if t is not None:
                 stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()
                 self.send(self.events[signal], Header(stamp=stamp, frame_id=signal))

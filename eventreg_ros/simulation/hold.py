@@ -11,7 +11,7 @@ from collections.abc import Sequence
 HOLDS = ('zero', 'linear')
 
 HORIZON = 0.4
-"""Model time over which a line is drawn onwards; beyond it, and after a wider gap, a sample is held.
+"""Model time over which a line is drawn onwards; beyond it, or after a wider gap, it is held.
 
 Delays are physical, so this is a time and not a number of steps. Measured (docs/delays.md): 0.4
 raises the delay that the mismatched loop bears; with 0.8 its state goes out of all bounds.

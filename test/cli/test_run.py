@@ -3,8 +3,6 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
@@ -13,44 +11,6 @@ pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]'
 
 SHORT = ['--settle', '40', '--duration', '17']
 """Three events of w lie between model times 40 and 170: at 71.7, 109.3 and 146.8 (the truth)."""
-
-
-@pytest.fixture
-def run(tmp_path):
-    """Start ``eventreg run`` on a free domain of the loopback; nothing of it outlives the test."""
-    started = []
-
-    def start(*arguments):
-        environment = {k: v for k, v in os.environ.items() if k != 'ROS_DOMAIN_ID'}
-        process = subprocess.Popen(
-            [sys.executable, '-m', 'eventreg_ros', 'run', *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
-            cwd=tmp_path, start_new_session=True,
-        )  # fmt: skip
-        started.append(process)
-        return process
-
-    yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
-
-
-def children(process):
-    """The node processes of a run, by node."""
-    found = {}
-    for pid in (int(entry) for entry in os.listdir('/proc') if entry.isdigit()):
-        try:
-            with open(f'/proc/{pid}/stat') as file:
-                parent = int(file.read().rpartition(')')[2].split()[1])
-            with open(f'/proc/{pid}/cmdline') as file:
-                words = file.read().split('\0')
-        except OSError:
-            continue
-        if parent == process.pid:
-            found.update({w.rpartition('.')[2]: pid for w in words if '.nodes.' in w})
-    return found
 
 
 def wait_for(condition, seconds=40.0):
@@ -71,7 +31,9 @@ def gone(pid):
 @pytest.mark.parametrize(
     ('scenario', 'code', 'spurious'), [('exact', 0, 0), ('uncontrolled', 1, 3)]
 )
-def test_the_verdict_over_real_topics_is_that_of_the_paper(run, tmp_path, scenario, code, spurious):
+def test_the_verdict_over_real_topics_is_that_of_the_paper(
+    run, children, tmp_path, scenario, code, spurious
+):
     process = run(scenario, *SHORT, '--bag', 'bag', '--json', 'report.json')
     out, err = process.communicate(timeout=80)
     assert process.returncode == code, err
@@ -87,7 +49,7 @@ def test_the_verdict_over_real_topics_is_that_of_the_paper(run, tmp_path, scenar
     assert not children(process)
 
 
-def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, tmp_path):
+def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, children, tmp_path):
     process = run('exact', '--duration', '8', '--bag', 'bag')
     assert 'ROS_DOMAIN_ID' in process.stdout.readline()
     assert '0.0 of 8 s' in process.stdout.readline()
@@ -102,7 +64,9 @@ def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, tmp_path):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_stops_its_nodes_and_judges_what_there_is(run, tmp_path, number):
+def test_an_interrupted_run_stops_its_nodes_and_judges_what_there_is(
+    run, children, tmp_path, number
+):
     process = run('exact', '--bag', 'bag')
     assert 'exact: exosystem' in process.stdout.readline()
     assert 'of 40 s' in process.stdout.readline()
@@ -117,7 +81,7 @@ def test_an_interrupted_run_stops_its_nodes_and_judges_what_there_is(run, tmp_pa
     assert all(gone(pid) for pid in nodes.values())
 
 
-def test_the_nodes_of_a_killed_run_end_with_it(run):
+def test_the_nodes_of_a_killed_run_end_with_it(run, children):
     process = run('exact', '--bag', 'bag')
     process.stdout.readline()
     assert 'of 40 s' in process.stdout.readline()

@@ -36,9 +36,9 @@ def test_samples_are_those_of_the_block_stepped_offline_at_the_pace_of_the_clock
     n = -1
     for stamp, value in heard:  # a late tick publishes only the newest sample
         n = truth.index(value, n + 1)
-        tick = node.grid.stamp(node.origin + n)
+        tick = node.pace.grid.stamp(node.pace.origin + n)
         assert 0 <= stamp - tick < 1e9, 'sample n belongs to instant n of the grid'
-    assert truth.index(heard[0][1]) <= node.grid.index(heard[0][0]) - node.origin
+    assert truth.index(heard[0][1]) <= node.pace.grid.index(heard[0][0]) - node.pace.origin
 
 
 def test_remapped_and_in_a_namespace(bench):
@@ -185,20 +185,20 @@ def test_a_late_timer_is_caught_up(bench):
     node = bench.add(EXOSYSTEM)
     bench.until(lambda: node.n > 5)
     time.sleep(0.1)  # the executor is held up for twenty steps
-    bench.until(lambda: node.caught_up >= 10)
-    late = node.get_clock().now().nanoseconds - node.grid.stamp(node.origin + node.n)
+    bench.until(lambda: node.pace.caught_up >= 10)
+    late = node.get_clock().now().nanoseconds - node.pace.grid.stamp(node.pace.origin + node.n)
     assert late < 0.05e9
-    assert node.dropped == 0
+    assert node.pace.dropped == 0
     assert node.block.y == offline('exosystem', node.n)[-1]
 
 
 def test_a_long_pause_is_caught_up_only_so_far_and_told(bench):
     node = bench.add(EXOSYSTEM, 'max_catch_up:=0.05')
     bench.until(lambda: node.n > 5)
-    origin = node.origin
+    origin = node.pace.origin
     time.sleep(0.3)
-    bench.until(lambda: node.dropped > 0)
-    assert node.dropped == node.origin - origin
+    bench.until(lambda: node.pace.dropped > 0)
+    assert node.pace.dropped == node.pace.origin - origin
     assert node.block.y == offline('exosystem', node.n)[-1]
     assert node.report()[0] == DiagnosticStatus.WARN
 
@@ -207,8 +207,8 @@ def test_nodes_that_share_a_start_time_begin_at_the_same_instant(bench):
     start = bench.peer.get_clock().now().nanoseconds * 1e-9 + 1.5
     nodes = [bench.add(make, f'start_time:={start:.9f}') for make in (EXOSYSTEM, PLANT)]
     bench.until(lambda: all(node.n > 0 for node in nodes))
-    assert nodes[0].origin == nodes[1].origin
-    assert nodes[0].grid.stamp(nodes[0].origin) >= start * 1e9 - 1000
+    assert nodes[0].pace.origin == nodes[1].pace.origin
+    assert nodes[0].pace.grid.stamp(nodes[0].pace.origin) >= start * 1e9 - 1000
 
 
 def test_diagnostics_come_once_a_second_in_every_state(bench):

@@ -18,7 +18,7 @@ def test_the_stimulus_publishes_its_waveform_in_model_time(bench):
     )
     bench.until(lambda: node.n > 250)
     for stamp, value in heard:
-        n = node.grid.index(stamp) - node.origin
+        n = node.pace.grid.index(stamp) - node.pace.origin
         t = n * 10.0 / 200.0
         edges = min(abs(t - edge) for edge in (3.0, 5.0, 8.0, 10.0))
         if edges > 0.05:  # a tick that comes late may carry the stamp of the next one

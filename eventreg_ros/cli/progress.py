@@ -1,0 +1,25 @@
+"""What a person sees while a run goes on."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+
+
+class Progress:
+    """Time and event counts: one line that is written over, or, in a file, one every 5 s."""
+
+    def __init__(self, duration: float) -> None:
+        self._duration = duration
+        self._terminal = sys.stdout.isatty()
+        self._next = 0.0
+
+    def show(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
+        """Show the counts at ``elapsed`` seconds, if it is time to."""
+        if elapsed < self._next and not last:
+            return
+        self._next = elapsed + (0.2 if self._terminal else 5.0)
+        events = '  '.join(f'{signal} {count}' for signal, count in counts.items())
+        line = f'{elapsed:6.1f} of {self._duration:g} s   events: {events}'
+        end = '\n' if last or not self._terminal else ''
+        print(f'\r{line}' if self._terminal else line, end=end, flush=True)

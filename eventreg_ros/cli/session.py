@@ -1,0 +1,245 @@
+"""One run from the first process to the last: everything is started, conducted, and ended."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import EventregError
+from ..parameters import NODES, resolve
+from ..scenario import Scenario
+from .domain import loopback_domain
+from .processes import Processes, node_command
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from ..nodes.conductor import Conductor
+
+LEAD = 1.0
+"""Seconds between the activation of the nodes and the first sample."""
+
+FIRST, LAST = ('recorder', 'spike_monitor'), ('clock',)
+"""Nodes that are activated before and after the others."""
+
+
+class InterruptError(Exception):
+    """SIGINT or SIGTERM: stop early, and judge what was recorded."""
+
+
+def complete(scenario: Scenario, bag: Path, file: Path) -> Scenario:
+    """Return the scenario with its spike monitor and a recorder of every signal."""
+    signals = list(scenario.publishers)
+    extra: dict[str, dict[str, Any]] = {
+        'spike_monitor': {} if 'spike_monitor' in scenario.given else {'signals': signals},
+        'recorder': {
+            'signals': signals,
+            'path': str(bag.absolute()),
+            'scenario': str(file),
+            'scenario_name': scenario.name,
+        },
+    }
+    return _extended(scenario, extra)
+
+
+def in_lockstep(scenario: Scenario, seconds: float) -> Scenario:
+    """Return a completed scenario whose nodes go in lockstep for simulated ``seconds``.
+
+    An input that nobody publishes is left out, since nobody would send the sample to wait for.
+    """
+    common = {'lockstep': True, 'use_sim_time': True}
+    extra: dict[str, dict[str, Any]] = {name: dict(common) for name in scenario.nodes}
+    for name, values in scenario.nodes.items():
+        for key in ('excitatory', 'inhibitory', 'signals'):
+            if key in values:
+                extra[name][key] = [s for s in values[key] if s in scenario.publishers]
+        extra[name]['rate'] = scenario.rate
+    extra['clock'] = {
+        'participants': list(scenario.nodes),
+        'steps': round(seconds * scenario.rate),
+        'rate': scenario.rate,
+    }
+    return _extended(scenario, extra)
+
+
+def _extended(scenario: Scenario, extra: Mapping[str, Mapping[str, Any]]) -> Scenario:
+    given = {name: dict(values) for name, values in scenario.given.items()}
+    for name, values in extra.items():
+        given[name] = {**given.get(name, {}), **values}
+    nodes = {name: resolve(name, values) for name, values in given.items()}
+    return Scenario(scenario.name, nodes, given)
+
+
+class Session:
+    """Runs a scenario's nodes as processes and records them."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        bag: Path,
+        duration: float,
+        *,
+        lockstep: bool = False,
+        composed: bool = False,
+    ) -> None:
+        self.scenario = scenario
+        self.bag = bag
+        self.duration = duration
+        self.lockstep = lockstep
+        self.composed = composed
+        self.processes = Processes()
+        self.troubles: list[str] = []
+        """What went wrong after the start, each in words."""
+        self.started = False
+
+    def perform(self) -> None:
+        """Start everything, run for the duration, stop everything.
+
+        Raises EventregError when it could not start or the recorder died.
+        """
+        scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
+        try:
+            with interruptible(), loopback_domain(os.environ) as environment:
+                self._within(scratch, environment)
+        except InterruptError:
+            if not self.started:
+                raise EventregError('interrupted before it began; nothing recorded') from None
+            print('interrupted: judging what was recorded', file=sys.stderr)
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+
+    def _within(self, scratch: Path, environment: dict[str, str]) -> None:
+        stored = scratch / f'{self.scenario.name}.yaml'
+        stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
+        whole = complete(self.scenario, self.bag, stored)
+        if self.lockstep:
+            whole = in_lockstep(whole, self.duration)
+        parameters = scratch / 'parameters.yaml'
+        parameters.write_text(whole.to_yaml(), encoding='utf-8')
+        os.environ.update(environment)
+        from ..nodes.conductor import Conductor
+
+        print(
+            f'{self.scenario.name}: {", ".join(whole.nodes)} on ROS_DOMAIN_ID='
+            f'{environment["ROS_DOMAIN_ID"]} ROS_AUTOMATIC_DISCOVERY_RANGE='
+            f'{environment["ROS_AUTOMATIC_DISCOVERY_RANGE"]}',
+            flush=True,
+        )
+        try:
+            self._start(list(whole.nodes), parameters, environment)
+            with Conductor(self._refuse_death) as conductor:
+                self._conduct(conductor, whole)
+        finally:
+            with uninterrupted():
+                self.processes.stop(['recorder'])  # first, so that the bag ends with all signals
+                self.processes.stop()
+
+    def _start(self, nodes: list[str], parameters: Path, environment: dict[str, str]) -> None:
+        arguments = ['--params-file', str(parameters), '-p', 'autostart:=false']
+        arguments += ['--log-level', 'WARN']
+        if self.composed:
+            command = node_command('composed', arguments, nodes)
+            self.processes.start('the process of all nodes', command, environment)
+            return
+        for node in nodes:
+            self.processes.start(node, node_command(node, arguments), environment)
+
+    def _refuse_death(self) -> None:
+        for node in self.processes.look():
+            raise EventregError(f'{node} {self.processes.died[node]} before the run began')
+
+    def _conduct(self, conductor: Conductor, whole: Scenario) -> None:
+        from ..nodes.conductor import ACTIVATE, CONFIGURE, expected_matches
+
+        nodes = list(whole.nodes)
+        conductor.watch(whole.nodes['spike_monitor']['signals'])
+        conductor.transition(nodes, CONFIGURE)
+        conductor.wait_matched(expected_matches(whole.nodes), 30.0)
+        if self.lockstep:
+            elapsed = self._step_clock(conductor, whole)
+        else:
+            start = conductor.now() + LEAD
+            ticking = [n for n, values in whole.nodes.items() if 'start_time' in values]
+            conductor.set_start(ticking, start)
+            elapsed = lambda: conductor.now() - start  # noqa: E731
+        among = [n for n in nodes if n not in FIRST + LAST]
+        for group in (FIRST, among, [n for n in LAST if n in nodes]):
+            conductor.transition(list(group), ACTIVATE)
+        if elapsed() > 0.0 and not self.lockstep:
+            raise EventregError('the nodes took too long to start; is the machine busy?')
+        self.started = True
+        self._watch(conductor, elapsed)
+
+    def _step_clock(self, conductor: Conductor, whole: Scenario) -> Callable[[], float]:
+        """Return the simulated seconds that all participants have behind them."""
+        participants = whole.nodes['clock']['participants']
+        reached = conductor.follow(participants, whole.rate)
+        return lambda: reached() / whole.rate
+
+    def _watch(self, conductor: Conductor, elapsed: Callable[[], float]) -> None:
+        progress = Progress(self.duration)
+        while (now := elapsed()) < self.duration - 1e-9:
+            conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
+            self._tell_deaths(now)
+            self._tell_faults(conductor, now)
+            progress.show(max(0.0, now), conductor.counts)
+            if self.lockstep and self.troubles:
+                return
+        progress.show(self.duration, conductor.counts, last=True)
+
+    def _tell_deaths(self, elapsed: float) -> None:
+        for node in self.processes.look():
+            how = f'{node} {self.processes.died[node]} after {elapsed:.1f} s'
+            if node not in NODES or node == 'recorder':
+                raise EventregError(f'{how}; what was recorded is in {self.bag}')
+            self.troubles.append(how)
+            print(
+                f'\neventreg: {how}; the others run on, and it may be started again: '
+                f'ros2 run eventreg_ros {node}',
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def _tell_faults(self, conductor: Conductor, elapsed: float) -> None:
+        """In lockstep a node at fault stops the run; in real time the others go on."""
+        for node, message in conductor.faults.items():
+            trouble = f'{node.strip("/")}: {message}'
+            if trouble not in self.troubles:
+                self.troubles.append(trouble)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Turn SIGINT and SIGTERM into InterruptError, once; a second one is ignored while we stop."""
+
+    def interrupt(number: int, frame: object) -> None:
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
+        raise InterruptError
+
+    with _handling(interrupt):
+        yield
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let nothing stop the stopping."""
+    with _handling(signal.SIG_IGN):
+        yield
+
+
+@contextmanager
+def _handling(handler: Any) -> Iterator[None]:
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)

@@ -1,0 +1,170 @@
+"""The clock: publishes simulation time, and grants the steps of lockstep."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+from rclpy.clock import Clock as RosClock
+from rclpy.clock_type import ClockType
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header, UInt64
+from std_srvs.srv import Trigger
+
+from ..parameter import ACTIVE
+from ..simulation.grid import Grid
+from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS
+from .managed import OK, ManagedNode
+from .ros import run_node
+
+TICK = 0.001
+"""Seconds between looks at the wall clock, where a real-time factor holds the steps back."""
+
+
+class ClockNode(ManagedNode):
+    """Grants steps to its participants, a window ahead of the slowest; time is the slowest's.
+
+    Without participants it publishes /clock at ``rate`` times ``real_time_factor`` (1 where that is
+    0).
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('clock', **kwargs)
+
+    def open(self) -> None:
+        """Create the topics and the services pause, resume and step."""
+        self.grid = Grid(self.values['rate'])
+        self.reached = {self._full(name): -1 for name in self.values['participants']}
+        self.time_publisher = self.create_publisher(Clock, '/clock', 10)
+        self.grant_publisher = self.create_publisher(UInt64, GRANT, LAST_QOS)
+        self.subscription = self.create_subscription(Header, REACHED, self._on_reached, REACHED_QOS)
+        self.own_services = [
+            self.create_service(Trigger, f'~/{name}', work)
+            for name, work in (
+                ('pause', self._pause),
+                ('resume', self._resume),
+                ('step', self._step),
+            )
+        ]
+
+    def shut(self) -> None:
+        """Destroy them."""
+        if hasattr(self, 'subscription'):
+            self.destroy_subscription(self.subscription)
+            self.destroy_publisher(self.time_publisher)
+            self.destroy_publisher(self.grant_publisher)
+            for service in self.own_services:
+                self.destroy_service(service)
+            del self.subscription
+
+    def begin(self) -> None:
+        """Start at step 0, granting nothing before every participant is there."""
+        self.granted = self.told = -1
+        self.paused = False
+        self.allowance = 0
+        self._begun = time.monotonic()
+        self._wall = self.create_timer(
+            TICK, self._move, clock=RosClock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    def end(self) -> None:
+        """Grant nothing more."""
+        self.destroy_timer(self._wall)
+
+    def changed(self) -> None:
+        """Pace from here on with the new real_time_factor."""
+        if self.stage == ACTIVE:
+            self._restart_pace()
+
+    def _full(self, name: str) -> str:
+        namespace = self.get_namespace().rstrip('/')
+        return name if name.startswith('/') else f'{namespace}/{name}'
+
+    def _on_reached(self, message: Header) -> None:
+        stamp = message.stamp.sec * 1_000_000_000 + message.stamp.nanosec
+        if message.frame_id in self.reached:
+            n = self.grid.index(stamp)
+            self.reached[message.frame_id] = max(n, self.reached[message.frame_id])
+            if self.stage == ACTIVE:
+                self._move()
+
+    @property
+    def now_at(self) -> int:
+        """The step that everybody has reached."""
+        return min(self.reached.values(), default=self.granted)
+
+    def _move(self) -> None:
+        """Grant what may be granted, and tell the time."""
+        at = self.now_at
+        if at < 0 and self.reached:
+            return  # somebody is not there yet
+        may = self._limit(at)
+        if may > self.granted:
+            self.granted = may
+            self.send(self.grant_publisher, UInt64(data=may))
+        at = self.now_at
+        if at > self.told:
+            self.told = at
+            now = Time(nanoseconds=self.grid.stamp(at)).to_msg()
+            self.send(self.time_publisher, Clock(clock=now))
+
+    def _limit(self, at: int) -> int:
+        """Return the last step that may be granted when everybody has reached ``at``."""
+        if self.paused:
+            return self.allowance
+        limit = at + int(self.values['window']) if self.reached else self.granted + 10**9
+        factor = self.values['real_time_factor'] or (0.0 if self.reached else 1.0)
+        if factor:
+            elapsed = time.monotonic() - self._begun
+            limit = min(limit, self._from + int(elapsed * factor * self.values['rate']))
+        steps = int(self.values['steps'])
+        return min(limit, steps) if steps else limit
+
+    @property
+    def _from(self) -> int:
+        return getattr(self, '_paced_from', 0)
+
+    def _restart_pace(self) -> None:
+        self._paced_from = max(self.granted, 0)
+        self._begun = time.monotonic()
+
+    def _pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.paused = True
+        self.allowance = self.granted
+        return self._answer(response)
+
+    def _resume(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.paused = False
+        self._restart_pace()
+        return self._answer(response)
+
+    def _step(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if not self.paused:
+            response.success, response.message = False, 'the clock runs; pause it first'
+            return response
+        self.allowance = max(self.granted, 0) + 1
+        self._move()
+        return self._answer(response)
+
+    def _answer(self, response: Trigger.Response) -> Trigger.Response:
+        response.success = self.stage == ACTIVE
+        response.message = f'at step {self.now_at}, granted up to {self.granted}'
+        return response
+
+    def report(self) -> tuple[bytes, str, dict[str, object]]:
+        """Return the step, the grant, and who is behind."""
+        at = self.now_at
+        behind = [name for name, n in self.reached.items() if n == at and n < self.granted]
+        values = {'step': at, 'granted': self.granted, 'waiting_for': ' '.join(behind)}
+        return OK, 'paused' if self.paused else 'running', dict(values)
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node(ClockNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

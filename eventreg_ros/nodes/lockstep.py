@@ -1,0 +1,146 @@
+"""Lockstep: step n uses exactly sample n of every input, whatever the load and the order.
+
+A deterministic dataflow. Samples are told apart by the number that their writer gives them
+(``publication_sequence_number``), not by time. The clock node grants steps, a window at a time;
+each participant says how far it got, and a step whose sample does not come within a limit stops
+the node with a message that names the link.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
+from std_msgs.msg import Header, UInt64
+
+from ..simulation.grid import Grid
+from .managed import OK, FaultError, ManagedNode
+
+if TYPE_CHECKING:
+    from .signal import SignalNode
+
+GRANT, REACHED = 'lockstep/grant', 'lockstep/reached'
+"""The topics between clock and participants: steps that may be taken, and the step reached."""
+
+REACHED_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+EVERY = 16
+"""A participant tells every so many steps how far it got, and where the grant ends."""
+
+
+def number_of(info: dict[str, Any]) -> int:
+    """Return the number of a sample, from 0, by its writer's count."""
+    return int(info['publication_sequence_number']) - 1
+
+
+class Participant:
+    """One node's part in the exchange with the clock.
+
+    ``go`` is called when more steps are granted; ``missing(n)`` names what keeps the node from
+    taking step n. ``granted`` is the number of the last sample that may be made.
+    """
+
+    def __init__(
+        self, node: ManagedNode, go: Callable[[], None], missing: Callable[[int], list[str]]
+    ) -> None:
+        self._node, self._go, self._missing = node, go, missing
+        self._name = node.get_fully_qualified_name()
+        self._grid = Grid(node.values['rate'])
+        self._patience: float = node.values['lockstep_timeout']
+        self.granted = 0
+        self.reached = -1
+        self._moved = time.monotonic()
+        self._publisher = node.create_publisher(Header, REACHED, LAST_QOS)
+        self._subscription = node.create_subscription(UInt64, GRANT, self._on_grant, LAST_QOS)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._watchdog = node.create_timer(0.5, self._watch, clock=steady)
+
+    def end(self) -> None:
+        """Leave the exchange."""
+        self._node.destroy_publisher(self._publisher)
+        self._node.destroy_subscription(self._subscription)
+        self._node.destroy_timer(self._watchdog)
+
+    def stamp(self, n: int) -> int:
+        """Return the simulation time of sample ``n`` in nanoseconds."""
+        return self._grid.stamp(n)
+
+    def reach(self, n: int) -> None:
+        """Note that sample ``n`` is made, and tell the clock where it has to know."""
+        self.reached = n
+        if n % EVERY == 0 or n == self.granted:
+            self._tell(n)
+
+    def _tell(self, n: int) -> None:
+        stamp = Time(nanoseconds=self._grid.stamp(n)).to_msg()
+        self._node.send(self._publisher, Header(stamp=stamp, frame_id=self._name))
+        self._moved = time.monotonic()
+
+    def _on_grant(self, message: UInt64) -> None:
+        self.granted = message.data
+        self._moved = time.monotonic()
+        self._go()
+        if self.reached == self.granted:
+            self._tell(self.reached)
+
+    def _watch(self) -> None:
+        if self.reached >= self.granted or time.monotonic() - self._moved < self._patience:
+            return
+        if self._node.stage == 'active':
+            n = self.reached
+            self._node.break_off(
+                f'lockstep stopped: {self._node.kind} waits for sample {max(n, 0)} of '
+                f'{", ".join(self._missing(n)) or "nothing"}, which did not come within '
+                f'{self._patience:g} s; look at who publishes it'
+            )
+
+
+class Lockstep:
+    """Publishes sample n + 1 as soon as sample n of every input is there and the step granted."""
+
+    def __init__(self, node: SignalNode) -> None:
+        self._node = node
+        self.n = -1
+        if node.published:
+            raise FaultError(
+                f'in lockstep {node.kind} starts but once, since its samples are numbered; '
+                'cleanup and configure it first'
+            )
+        node.published = True
+        self.participant = Participant(node, self.go, node.missing)
+        self._put(node.first)
+        self.go()
+
+    def end(self) -> None:
+        """Stop."""
+        self.participant.end()
+
+    def go(self) -> None:
+        """Take every step that is granted and whose samples are there."""
+        node, granted = self._node, self.participant.granted
+        if node.fault is not None:
+            return
+        while self.n < granted and node.ready(self.n):
+            if not self._put(lambda: node.following(self.n)):
+                return
+
+    def _put(self, sample: Callable[[], float]) -> bool:
+        try:
+            value = self._node.sound(sample())
+        except FaultError as fault:
+            self._node.break_off(str(fault))
+            return False
+        self.n += 1
+        self._node.put(value)
+        self.participant.reach(self.n)
+        return True
+
+    def report(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Return the step reached and the steps granted."""
+        return OK, 'in lockstep', {'step': self.n, 'granted': self.participant.granted}

@@ -1,0 +1,53 @@
+"""``eventreg run --lockstep``: processes and composed, one hash; and what ends it."""
+
+import os
+import signal
+
+import pytest
+
+from eventreg_ros.analysis.bags import read_bag
+
+pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
+
+
+def data(bag):
+    return {
+        name: (stamps.tobytes(), values.tobytes())
+        for name, (stamps, values) in read_bag(bag).signals.items()
+    }
+
+
+def test_processes_composed_and_simulated_are_the_same_bytes(eventreg, tmp_path):
+    bags = []
+    for words in (['run', '--lockstep'], ['run', '--lockstep', '--composed'], ['simulate']):
+        bags.append(tmp_path / str(len(bags)))
+        verb, *flags = words
+        length = ['--duration', '10'] if verb == 'run' else ['--sampled', '--duration', '100']
+        done = eventreg(verb, 'mismatch', *flags, *length, '--bag', bags[-1], '--settle', '0')
+        assert done.returncode == 3, done.stderr  # two events of w are too few
+    assert data(bags[0]) == data(bags[1]) == data(bags[2])
+
+
+def test_a_block_killed_on_the_way_ends_the_run_and_keeps_the_bag(run, children, tmp_path):
+    process = run('exact', '--lockstep', '--duration', '100000', '--bag', 'bag')
+    assert 'clock' in process.stdout.readline()
+    assert ' of 100000 s' in process.stdout.readline()
+    os.kill(children(process)['plant'], signal.SIGKILL)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 4
+    assert 'plant was killed by SIGKILL' in err
+    assert 'bag: bag' in out
+    signals = read_bag(tmp_path / 'bag').signals
+    assert {len(values) for _, values in signals.values()} == {len(signals['y'][1])}
+
+
+def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(run, children):
+    process = run('exact', '--lockstep', '--duration', '100000', '-p', '/**.lockstep_timeout:=1.0')
+    assert 'clock' in process.stdout.readline()
+    assert ' of 100000 s' in process.stdout.readline()
+    plant = children(process)['plant']
+    os.kill(plant, signal.SIGSTOP)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 4
+    assert 'waits for sample' in err
+    assert 'of input y' in err

@@ -1,0 +1,155 @@
+"""Lockstep: a deterministic dataflow, bit for bit the sampled simulation."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+
+from eventreg_ros import scenario as scenarios
+from eventreg_ros.analysis.bags import read_bag
+from eventreg_ros.cli.session import complete, in_lockstep
+from eventreg_ros.nodes.composed import make
+from eventreg_ros.simulation.sampled import simulate_sampled
+
+WHOLE = ('exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear')
+SECONDS = 3.0
+
+
+@pytest.fixture
+def lockstep(bench, tmp_path):
+    """Start a scenario's nodes in lockstep inside the test, in the order given; return them."""
+
+    def start(name, *overrides, seconds=SECONDS, first=(), start=True):
+        scenario = scenarios.load(name, overrides)
+        whole = in_lockstep(complete(scenario, tmp_path / 'bag', tmp_path / 'stored.yaml'), seconds)
+        (tmp_path / 'stored.yaml').write_text(scenario.to_yaml())
+        file = tmp_path / 'parameters.yaml'
+        file.write_text(whole.to_yaml())
+        nodes = {}
+        for node in [*first, *(n for n in whole.nodes if n not in first)]:
+            # Only the clock need be last: it grants nothing before all others are there.
+            nodes[node] = bench.add(
+                partial(make, node), arguments=['--params-file', str(file)], start=start
+            )
+        return nodes
+
+    return start
+
+
+def simulated(name, *overrides, seconds=SECONDS):
+    s = scenarios.load(name, overrides)
+    return simulate_sampled(s.blocks, s.stimulus, seconds * s.time_scale)
+
+
+@pytest.mark.parametrize('name', WHOLE)
+@pytest.mark.parametrize('hold', ['zero', 'linear'])
+def test_the_bag_equals_the_sampled_simulation_bit_for_bit(bench, lockstep, tmp_path, name, hold):
+    overrides = [f'/**.hold:={hold}', '/**.rate:=100']
+    nodes = lockstep(name, *overrides)
+    bench.until(lambda: nodes['recorder'].row > 300)
+    nodes['recorder'].close()
+    bench.nodes.remove(nodes['recorder'])
+    truth = simulated(name, *overrides)
+    recording = read_bag(tmp_path / 'bag')
+    assert set(recording.signals) == set(truth.signals)
+    for signal_name, (stamps, values) in recording.signals.items():
+        wanted = truth.signals[signal_name].astype(np.float64)
+        assert values.view(np.int64).tolist() == wanted.view(np.int64).tolist()
+        assert stamps.tolist() == [n * 10_000_000 for n in range(301)]
+
+
+def test_the_order_of_starting_does_not_matter(bench, lockstep, tmp_path):
+    nodes = lockstep('exact', first=('clock', 'controller', 'spike_monitor', 'plant'))
+    bench.until(lambda: nodes['recorder'].row > 600)
+    truth = simulated('exact')
+    assert nodes['plant'].block.y == truth.signals['y'][-1]
+    assert nodes['controller'].block.y == truth.signals['u'][-1]
+
+
+def test_nobody_moves_before_all_are_there(bench, lockstep):
+    nodes = lockstep('exact', start=False)
+    late = nodes.pop('plant')
+    for node in nodes.values():
+        node.start()
+    bench.until(lambda: nodes['clock'].reached['/exosystem'] == 0)
+    bench.spin(0.3)
+    assert nodes['clock'].granted == -1
+    assert nodes['exosystem'].n == 0
+    late.start()
+    bench.until(lambda: nodes['recorder'].row > 600)
+    assert late.block.y == simulated('exact').signals['y'][-1]
+
+
+def test_a_sample_that_does_not_come_stops_the_node_and_names_the_link(bench, lockstep):
+    nodes = lockstep('exact', '/**.lockstep_timeout:=0.6', start=False)
+    nodes['plant'].trigger_configure()  # it will be there, and never send a sample
+    for name in ('exosystem', 'controller', 'recorder', 'spike_monitor'):
+        nodes[name].start()
+    controller = nodes['controller']
+    controller.pace.participant.granted = 10
+    controller.pace.go()
+    bench.until(lambda: controller.fault is not None)
+    assert 'waits for sample 0 of input y' in controller.fault
+
+
+def test_a_lost_sample_stops_the_node(bench, lockstep):
+    nodes = lockstep('exact', '/**.lockstep_timeout:=0.6', start=False)
+    controller = nodes['controller']
+    controller.start()
+    y = bench.peer.create_publisher(Float64, 'y', controller.signal_qos)
+    y.publish(Float64(data=0.0))
+    bench.until(lambda: controller.numbered[0].received == 1)
+    controller.numbered[0].push(5, 0.0)
+    controller.pace.participant.granted = 10
+    controller.pace.go()
+    bench.until(lambda: controller.fault is not None)
+    assert 'sample 1 was lost' in controller.fault
+
+
+def test_the_clock_pauses_steps_and_resumes(bench, lockstep):
+    nodes = lockstep('exact', seconds=1000.0)
+    plant, clock = nodes['plant'], nodes['clock']
+    bench.until(lambda: plant.n > 100)
+
+    def ask(name):
+        client = bench.peer.create_client(Trigger, f'/clock/{name}')
+        bench.until(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        bench.until(future.done)
+        return future.result()
+
+    assert not ask('step').success, 'it runs'
+    assert ask('pause').success
+    bench.until(lambda: plant.n == clock.granted)
+    at = plant.n
+    bench.spin(0.1)
+    assert plant.n == at
+    assert ask('step').success
+    bench.until(lambda: plant.n == at + 1)
+    assert ask('resume').success
+    bench.until(lambda: plant.n > at + 200)
+
+
+def test_the_clock_keeps_a_real_time_factor(bench, lockstep):
+    nodes = lockstep('uncontrolled', seconds=1000.0, start=False)
+    for name, node in nodes.items():
+        if name != 'clock':
+            node.start()
+    clock = nodes['clock']
+    clock.values['real_time_factor'] = 0.5
+    begun = bench.peer.get_clock().now().nanoseconds
+    clock.start()
+    bench.until(lambda: clock.now_at >= 100)
+    seconds = (bench.peer.get_clock().now().nanoseconds - begun) * 1e-9
+    assert seconds >= 100 / (0.5 * 200.0), 'never faster than asked for'
+
+
+def test_activated_again_it_asks_to_be_configured_anew(bench, lockstep):
+    nodes = lockstep('exact', start=False)
+    plant = nodes['plant']
+    plant.start()
+    plant.trigger_deactivate()
+    plant.trigger_activate()
+    assert 'cleanup' in plant.fault
