@@ -13,6 +13,8 @@ NODES = (
     'stimulus',
     'spike_monitor',
     'recorder',
+    'clock',
+    'link',
 )
 ROS = [
     'ros-jazzy-rclpy==7.1.6',

@@ -67,7 +67,8 @@ class Parameter:
         except (TypeError, ValueError, OverflowError):
             pass
         meant = value if isinstance(value, list) else [value]
-        quote = "; quote words that YAML takes for true, like 'y'" if True in meant else ''
+        words = self.type.startswith('string') and any(isinstance(word, bool) for word in meant)
+        quote = "; quote words that YAML takes for true or false, like 'y'" if words else ''
         raise ParameterError(f'{where}.{self.name} must be {self.rule}, got {value!r}{quote}')
 
     def _allows(self, value: Value) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from .models.roles import MODEL_NAMES, ROLES, SIGNALS, STIMULUS_OUTPUT, default_
 from .parameter import ACTIVE, UNCONFIGURED, Parameter
 from .simulation.hold import HOLDS
 from .simulation.stimulus import WAVEFORMS
+from .simulation.wire import ORDERS
 
 _TOPIC = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
@@ -30,6 +32,35 @@ START_TIME = Parameter(
     0.0,
     'ROS time in seconds at which the first sample is published once active; 0: at once',
     low=0.0,
+)
+LOCKSTEP = Parameter(
+    'lockstep',
+    'bool',
+    False,
+    'step n waits for sample n of every input; needs the clock node',
+    settable=UNCONFIGURED,
+)
+LOCKSTEP_TIMEOUT = Parameter(
+    'lockstep_timeout',
+    'double',
+    5.0,
+    'seconds without a step after which lockstep stops with an error',
+    low=0.0,
+    open_low=True,
+)
+PRECISION = Parameter(
+    'precision',
+    'double',
+    0.0,
+    'seconds before each tick from which on it spins, for precision at the cost of CPU',
+    low=0.0,
+    high=0.01,
+)
+LATE_WARN = Parameter(
+    'late_warn', 'double', 1.0, 'steps by which a tick is late that make a WARN', low=0.0
+)
+LATE_ERROR = Parameter(
+    'late_error', 'double', 20.0, 'steps by which a tick is late that make an ERROR', low=0.0
 )
 MAX_CATCH_UP = Parameter(
     'max_catch_up',
@@ -91,6 +122,28 @@ _BLOCK = (
         low=0.0,
         open_low=True,
     ),
+    LOCKSTEP,
+    LOCKSTEP_TIMEOUT,
+    PRECISION,
+    LATE_WARN,
+    LATE_ERROR,
+    Parameter(
+        'delay_margin',
+        'double',
+        0.25,
+        'delay per link that the loop bears, in model time; see eventreg margin',
+        low=0.0,
+        open_low=True,
+        settable=ACTIVE,
+    ),
+    Parameter(
+        'delay_warn',
+        'double',
+        0.8,
+        'part of delay_margin from which on a measured delay makes a WARN',
+        low=0.0,
+        settable=ACTIVE,
+    ),
     MAX_CATCH_UP,
     START_TIME,
     AUTOSTART,
@@ -146,6 +199,11 @@ NODES: dict[str, tuple[Parameter, ...]] = {
         ),
         RATE,
         TIME_SCALE,
+        LOCKSTEP,
+        LOCKSTEP_TIMEOUT,
+        PRECISION,
+        LATE_WARN,
+        LATE_ERROR,
         MAX_CATCH_UP,
         START_TIME,
         AUTOSTART,
@@ -154,6 +212,9 @@ NODES: dict[str, tuple[Parameter, ...]] = {
         _SIGNALS,
         Parameter('threshold', 'double', FOLD, 'an event is a rise of the signal through it'),
         Parameter('reset', 'double', 0.0, 'the next event may begin at or below it'),
+        RATE,
+        LOCKSTEP,
+        LOCKSTEP_TIMEOUT,
         AUTOSTART,
     ),
     'recorder': (
@@ -187,9 +248,100 @@ NODES: dict[str, tuple[Parameter, ...]] = {
             'name under which the bag knows its scenario',
             settable=UNCONFIGURED,
         ),
+        RATE,
+        LOCKSTEP,
+        LOCKSTEP_TIMEOUT,
+        AUTOSTART,
+    ),
+    'clock': (
+        Parameter(
+            'participants',
+            'string[]',
+            [],
+            'the nodes that the clock waits for; none: it only publishes /clock',
+            settable=UNCONFIGURED,
+        ),
+        Parameter(
+            'real_time_factor',
+            'double',
+            0.0,
+            'simulated seconds per second; 0: as fast as the nodes go',
+            low=0.0,
+            settable=ACTIVE,
+        ),
+        Parameter('steps', 'int', 0, 'steps after which the clock stops; 0: never', low=0.0),
+        Parameter('window', 'int', 64, 'steps granted at once', low=1.0, settable=ACTIVE),
+        RATE,
+        AUTOSTART,
+    ),
+    'link': (
+        Parameter(
+            'input', 'string', 'in', 'the signal that enters the link', settable=UNCONFIGURED
+        ),
+        Parameter(
+            'output', 'string', 'out', 'the signal that leaves the link', settable=UNCONFIGURED
+        ),
+        Parameter(
+            'delay',
+            'double',
+            0.0,
+            'seconds from entering to leaving',
+            low=0.0,
+            high=60.0,
+            settable=ACTIVE,
+        ),
+        Parameter(
+            'jitter',
+            'double',
+            0.0,
+            'more seconds of delay, uniform from 0 to this',
+            low=0.0,
+            high=60.0,
+            settable=ACTIVE,
+        ),
+        Parameter(
+            'loss',
+            'double',
+            0.0,
+            'probability that a sample is dropped',
+            low=0.0,
+            high=1.0,
+            settable=ACTIVE,
+        ),
+        Parameter(
+            'duplicate',
+            'double',
+            0.0,
+            'probability that a sample is sent twice',
+            low=0.0,
+            high=1.0,
+            settable=ACTIVE,
+        ),
+        Parameter(
+            'order',
+            'string',
+            'newest',
+            'a sample that a later one would overtake is discarded (newest), holds that one up '
+            '(fifo), or leaves late (any)',
+            choices=ORDERS,
+            settable=ACTIVE,
+        ),
+        Parameter(
+            'seed',
+            'int',
+            0,
+            'of the random numbers; setting another begins anew',
+            low=0.0,
+            settable=ACTIVE,
+        ),
         AUTOSTART,
     ),
 }
+
+
+def kind_of(node: str) -> str:
+    """Return the kind of node called ``node``: a link may be called link_<anything>."""
+    return 'link' if node.startswith('link_') else node
 
 
 def is_ros_parameter(name: str) -> bool:
@@ -205,7 +357,7 @@ def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
     Parameters that belong to ROS itself pass unchecked. Raises ParameterError for a parameter that
     the node does not have, a wrong type, a broken rule, or values that do not fit each other.
     """
-    table = {p.name: p for p in NODES[node]}
+    table = {p.name: p for p in NODES[kind_of(node)]}
     values: dict[str, Any] = {}
     for name, value in given.items():
         if name in table:
@@ -213,15 +365,15 @@ def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         elif not is_ros_parameter(name):
             raise ParameterError(f'{node} has no parameter {name!r}{hint(name, table)}')
     for name, parameter in table.items():
-        values.setdefault(name, parameter.default)
-    if node in ROLES and not given.get('x0'):
+        values.setdefault(name, copy(parameter.default))
+    if node in ROLES and ('x0' not in given or not values['x0']):
         values['x0'] = list(default_x0(node, values['model']))
     _check_together(node, values)
     return values
 
 
 def _check_together(node: str, values: Mapping[str, Any]) -> None:
-    for name in ('excitatory', 'inhibitory', 'output', 'signals'):
+    for name in ('excitatory', 'inhibitory', 'input', 'output', 'signals'):
         value = values.get(name, [])
         for signal in [value] if isinstance(value, str) else value:
             if not _TOPIC.fullmatch(signal):
@@ -245,6 +397,10 @@ def _check_together(node: str, values: Mapping[str, Any]) -> None:
         raise ParameterError(
             f'spike_monitor.reset must be < threshold ({values["threshold"]:g}), '
             f'got {values["reset"]:g}'
+        )
+    if 'input' in values and values['input'] == values['output']:
+        raise ParameterError(
+            f'{node}.input and {node}.output must name different signals, got {values["input"]!r}'
         )
     if values.get('waveform') == 'csv' and not values['file']:
         raise ParameterError("stimulus.file must name a csv file for waveform csv, got ''")

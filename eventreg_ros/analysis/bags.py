@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import BagError
+from ..models.roles import SIGNALS
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
@@ -44,12 +45,17 @@ class Recording:
     scenario: str | None
     name: str | None
 
+    @property
+    def start(self) -> int:
+        """The stamp of the run's first sample; where there are ours, others do not count."""
+        found = {name: int(stamps[0]) for name, (stamps, _) in self.signals.items() if len(stamps)}
+        ours = [stamp for name, stamp in found.items() if name in SIGNALS]
+        return min(ours or found.values(), default=0)
+
     def in_model_time(self, time_scale: float) -> dict[str, tuple[Array, Array]]:
         """Return the signals over model time, t = 0 at the first sample of the run."""
-        starts = [stamps[0] for stamps, _ in self.signals.values() if len(stamps)]
-        start = min(starts, default=np.int64(0))
         return {
-            name: ((stamps - start) * (time_scale * 1e-9), values)
+            name: ((stamps - self.start).astype(np.float64) * (time_scale * 1e-9), values)
             for name, (stamps, values) in self.signals.items()
         }
 
@@ -66,14 +72,19 @@ def read_bag(path: str | Path, namespace: str | None = None) -> Recording:
     path = Path(path)
     if not path.exists():
         raise BagError(f'bag {path} does not exist; check the path')
+    if path.suffix == '.bag':
+        raise BagError(f'{path} is a ROS 1 bag; bring it to ROS 2 with rosbags-convert')
     try:
         with _readable(path) as files:
             return _read(path, files, namespace)
     except BagError:
         raise
+    except ImportError as error:
+        raise BagError(f'bags cannot be read ({error}); pip install rosbags') from None
     except Exception as error:  # rosbags raises whatever its parsers meet in a broken file
+        reason = ' '.join(str(error).split()) or type(error).__name__
         raise BagError(
-            f'bag {path} cannot be read: {error or type(error).__name__}; '
+            f'bag {path} cannot be read: {reason}; '
             "repair it with 'ros2 bag reindex' or 'mcap recover', or record it again"
         ) from None
 
@@ -100,8 +111,8 @@ def _readable(path: Path) -> Iterator[list[Path]]:
 
 def _mended(file: Path, scratch: Path) -> Path:
     """Return ``file``, or a copy that can be read where its writer was killed."""
-    if file.suffix == '.db3' and file.with_name(file.name + '-journal').exists():
-        return _rolled_back(file, scratch)
+    if file.suffix == '.db3' and (beside := _beside(file)):
+        return _settled([file, *beside], scratch)
     if file.suffix != '.mcap':
         return file
     data = file.read_bytes()
@@ -126,13 +137,20 @@ def _last_whole_record(data: bytes) -> int:
     return at
 
 
-def _rolled_back(file: Path, scratch: Path) -> Path:
+def _beside(file: Path) -> list[Path]:
+    """Return the journals that hold what a killed writer had not settled in the database."""
+    found = (file.with_name(file.name + end) for end in ('-journal', '-wal'))
+    return [path for path in found if path.exists()]
+
+
+def _settled(files: list[Path], scratch: Path) -> Path:
+    """Return a copy of the database, the first of ``files``, that sqlite has set right."""
     import shutil
     import sqlite3
 
-    for source in (file, file.with_name(file.name + '-journal')):
+    for source in files:
         shutil.copy(source, scratch)
-    copy = scratch / file.name
+    copy = scratch / files[0].name
     connection = sqlite3.connect(copy)
     try:
         connection.execute('SELECT count(*) FROM messages').fetchone()
@@ -149,8 +167,7 @@ def _read(path: Path, files: list[Path], namespace: str | None) -> Recording:
         topics = _topics(path, reader, namespace)
         stamps: dict[str, list[int]] = {name: [] for name in topics.values()}
         raw: dict[str, list[bytes]] = {name: [] for name in topics.values()}
-        wanted = [c for c in reader.connections if c.topic in topics and c.msgtype == FLOAT64]
-        for connection, stamp, data in _messages(reader, wanted):
+        for connection, stamp, data in _messages(reader, topics):
             name = topics[connection.topic]
             stamps[name].append(stamp)
             raw[name].append(data)
@@ -161,27 +178,27 @@ def _read(path: Path, files: list[Path], namespace: str | None) -> Recording:
     return Recording(signals, custom.get(SCENARIO_KEY), custom.get(NAME_KEY))
 
 
-def _messages(reader: AnyReader, wanted: list[Any]) -> Iterator[tuple[Any, int, bytes]]:
-    """Yield the messages in file order where there is no index, else as rosbags gives them."""
+def _messages(reader: AnyReader, topics: Mapping[str, str]) -> Iterator[tuple[Any, int, bytes]]:
+    """Yield the messages of ``topics``, in file order where a killed writer left no index."""
     from rosbags.rosbag2.storage_mcap import McapReader
 
-    if not wanted:
-        return
-    storages = [getattr(r, 'storage', None) for r in reader.readers]
-    if all(isinstance(s, McapReader) and not s.chunks for s in storages):
-        for storage in storages:
-            yield from storage.messages_scan(storage.connections)  # type: ignore[union-attr]
-        return
-    yield from reader.messages(wanted)
+    for part in reader.readers:
+        wanted = [c for c in part.connections if c.topic in topics and c.msgtype == FLOAT64]
+        storage = getattr(part, 'storage', None)
+        if isinstance(storage, McapReader) and not storage.chunks:
+            yield from storage.messages_scan(wanted)
+        elif wanted:
+            yield from part.messages(wanted)
 
 
 def _topics(path: Path, reader: AnyReader, namespace: str | None) -> dict[str, str]:
     """Return signal name by topic, for the Float64 topics of one namespace."""
     floats = [c.topic for c in reader.connections if c.msgtype == FLOAT64]
     if not floats:
+        others = sorted({f'{c.topic} ({c.msgtype})' for c in reader.connections})
         raise BagError(
-            f'bag {path} holds no {FLOAT64} topic (it has '
-            f'{", ".join(sorted(reader.topics)) or "none"}); record w, v, y, y_r and u'
+            f'bag {path} holds no {FLOAT64} topic (it has {", ".join(others) or "none"}); '
+            'record w, v, y, y_r and u'
         )
     if namespace is None:
         homes = sorted({t.rpartition('/')[0] for t in floats if t.rpartition('/')[2] == 'y'})
@@ -192,7 +209,13 @@ def _topics(path: Path, reader: AnyReader, namespace: str | None) -> dict[str, s
             )
         namespace = homes[0] if homes else ''
     prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
-    return {t: t.removeprefix(prefix) for t in floats if t.startswith(prefix)}
+    topics = {t: t.removeprefix(prefix) for t in floats if t.startswith(prefix)}
+    if not topics:
+        raise BagError(
+            f'bag {path} holds no {FLOAT64} topic in namespace {prefix.rstrip("/")}; '
+            f'it has {", ".join(sorted(set(floats)))}'
+        )
+    return topics
 
 
 def _custom_data(reader: AnyReader, path: Path) -> dict[str, str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-GAP = 2.0
-"""An interval of this many median periods or more is a gap: at least one sample is missing."""
+GAP = 1.5
+"""An interval of this many median periods or more may be a gap; see :func:`count_gaps`."""
 
 
 def timing(stamps: npt.NDArray[np.int64]) -> dict[str, float | int | None]:
@@ -30,5 +30,17 @@ def timing(stamps: npt.NDArray[np.int64]) -> dict[str, float | int | None]:
         'period_p50': median,
         'period_p99': float(np.percentile(periods, 99)),
         'period_max': float(periods.max()),
-        'gaps': int(np.count_nonzero(periods >= GAP * median)) if median > 0.0 else 0,
+        'gaps': count_gaps(periods, median),
     }
+
+
+def count_gaps(periods: npt.NDArray[np.float64], median: float) -> int:
+    """Return how many intervals are too long because at least one sample is missing.
+
+    A sample that is merely late makes one interval longer and the next one shorter by as much; a
+    missing one is not made up for. So a gap is an interval of 1.5 median periods or more that is,
+    with the next, 2.5 or more. The last interval has no next: it must be 2 or more.
+    """
+    following = np.append(periods[1:], 0.5 * median)
+    long = (periods >= GAP * median) & (periods + following >= (GAP + 1.0) * median)
+    return int(np.count_nonzero(long)) if median > 0.0 else 0

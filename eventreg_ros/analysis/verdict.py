@@ -43,7 +43,9 @@ def judge(
             f"no samples of y, the plant's output, to judge (signals found: {found}); "
             'record or remap it'
         )
-    events = {name: detect(t, x, threshold, reset) for name, (t, x) in signals.items()}
+    events = {
+        name: detect(t.tolist(), x.tolist(), threshold, reset) for name, (t, x) in signals.items()
+    }
     rejection = reject(events.get('w', []), events['y'], events.get('y_r', []), settle, window)
     return {
         'scenario': scenario,
@@ -52,13 +54,14 @@ def judge(
         'settle': settle,
         'verdict': rejection.verdict,
         'rejection': {**vars(rejection), 'ratio': rejection.ratio},
-        'residual': _difference(signals, 'y', 'y_r', settle, required=False),
-        'synchronisation': _difference(signals, 'w', 'u', settle, required=True),
-        'signals': {name: _summary(*signals[name], events[name]) for name in _ordered(signals)},
+        'residual': _size(*residual(signals), settle),
+        'synchronisation': _size(*synchronisation(signals), settle),
+        'signals': {name: _summary(*signals[name], events[name]) for name in ordered(signals)},
     }
 
 
-def _ordered(signals: Signals) -> list[str]:
+def ordered(signals: Signals) -> list[str]:
+    """Return the names of ``signals``: the paper's in its order, then the others by name."""
     known = [name for name in SIGNALS if name in signals]
     return known + sorted(set(signals) - set(known))
 
@@ -73,40 +76,50 @@ def _summary(t: Array, values: Array, events: list[float]) -> dict[str, Any]:
     }
 
 
-def _difference(
-    signals: Signals, a: str, b: str, settle: float, *, required: bool
-) -> dict[str, float | None]:
-    """Return max_abs and rms of a - b after ``settle``, at the times of a, b interpolated.
-
-    The rms weighs each interval by its length. Without b: of a alone, or nothing if ``required``.
-    """
-    nothing: dict[str, float | None] = {'max_abs': None, 'rms': None}
-    if a not in signals or (required and b not in signals):
-        return nothing
-    t, x = _finite(*signals[a])
-    if b in signals:
-        other = _finite(*signals[b])
-        if len(other[0]) == 0:
-            return nothing
-        inside = (t >= other[0][0]) & (t <= other[0][-1])
-        t, x = t[inside], x[inside]
-        x = x - np.interp(t, *other)
-    t, x = t[t >= settle], x[t >= settle]
-    if len(t) == 0:
-        return nothing
-    return {'max_abs': float(np.abs(x).max()), 'rms': _rms(t, x)}
+def residual(signals: Signals) -> tuple[Array, Array]:
+    """Return (t, y - y_r), both of shape (n,), at the times of y; y itself without a reference."""
+    y, y_r = _finite(signals, 'y'), _finite(signals, 'y_r')
+    return _difference(y, y_r) if len(y_r[0]) else y
 
 
-def _finite(t: Array, x: Array) -> tuple[Array, Array]:
+def synchronisation(signals: Signals) -> tuple[Array, Array]:
+    """Return (t, w - u), both of shape (n,), at the times of w; n = 0 when either is missing."""
+    return _difference(_finite(signals, 'w'), _finite(signals, 'u'))
+
+
+def _finite(signals: Signals, name: str) -> tuple[Array, Array]:
+    t, x = signals.get(name, (np.empty(0), np.empty(0)))
     keep = np.isfinite(x)
     return t[keep], x[keep]
 
 
-def _rms(t: Array, x: Array) -> float:
-    span = float(t[-1] - t[0])
-    if span <= 0.0:
-        return float(np.sqrt(np.mean(x * x)))
-    return math.sqrt(float(np.sum(0.5 * (x[1:] ** 2 + x[:-1] ** 2) * np.diff(t))) / span)
+def _difference(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return a - b at the times of a that lie within those of b, between which b is a line."""
+    t, x = a
+    if len(b[0]) == 0:
+        return t[:0], x[:0]
+    inside = (t >= b[0][0]) & (t <= b[0][-1])
+    with np.errstate(over='ignore'):
+        return t[inside], x[inside] - np.interp(t[inside], *b)
+
+
+def _size(t: Array, x: Array, settle: float) -> dict[str, float | None]:
+    """Return the largest magnitude and the rms after ``settle``; each interval weighs its length.
+
+    The square runs straight from sample to sample (trapezoids).
+    """
+    t, x = t[t >= settle], x[t >= settle]
+    largest = float(np.abs(x).max(initial=0.0))
+    if len(t) == 0 or not math.isfinite(largest):
+        return {'max_abs': None, 'rms': None}
+    square = (x / (largest or 1.0)) ** 2  # at most 1: it must not overflow
+    length = np.diff(t)
+    if length.sum() > 0.0:
+        square = 0.5 * (square[1:] + square[:-1])
+        mean = float(np.average(square, weights=length))
+    else:
+        mean = float(np.mean(square))
+    return {'max_abs': largest, 'rms': largest * math.sqrt(mean)}
 
 
 def table(report: Report) -> str:

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import scenario as scenarios
 from ..analysis.bags import Recording, read_bag
 from ..analysis.timing import timing
-from ..analysis.verdict import EXIT_CODES, Report, judge, table
+from ..analysis.verdict import EXIT_CODES, Report, Signals, judge, table
 from ..errors import BagError
 from ..parameters import TIME_SCALE
 from ..scenario import Scenario
-from .arguments import add_json, add_window, write_json
+from .arguments import add_json, add_window, write_json, write_text
+
+if TYPE_CHECKING:
+    from ..analysis.report import Run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,17 +36,81 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Analyse the bag, print the table, and exit by the verdict."""
-    report = report_on(args.bag, args.scenario, args.settle, args.window, args.namespace)
+    analysis = analyse(args.bag, args.scenario, args.settle, args.window, args.namespace)
+    report = analysis.report
     write_json(args.json, report)
+    if args.report is not None:
+        from ..analysis.report import render
+
+        write_text(args.report, render(analysis.run(args.bag.resolve().name)))
     print(table(report))
     print(timing_table(report))
     return EXIT_CODES[report['verdict']]
 
 
-def report_on(
+@dataclass(frozen=True)
+class Analysis:
+    """A bag, what it was read with, and what came out."""
+
+    recording: Recording
+    scenario: Scenario | None
+    settle: float
+    window: float
+
+    @property
+    def monitor(self) -> tuple[float, float]:
+        """Threshold and reset of the events."""
+        return self.scenario.monitor if self.scenario else scenarios.monitor_defaults()
+
+    @property
+    def time_scale(self) -> float:
+        """Model time units per second."""
+        return self.scenario.time_scale if self.scenario else float(TIME_SCALE.default)
+
+    @cached_property
+    def signals(self) -> Signals:
+        """The signals over model time."""
+        return self.recording.in_model_time(self.time_scale)
+
+    @cached_property
+    def report(self) -> Report:
+        """The contract's report."""
+        threshold, reset = self.monitor
+        report = judge(
+            self.signals,
+            scenario=self.scenario.name if self.scenario else 'unknown',
+            time_scale=self.time_scale,
+            threshold=threshold,
+            reset=reset,
+            settle=self.settle,
+            window=self.window,
+        )
+        for name, entry in report['signals'].items():
+            entry['timing'] = timing(self.recording.signals[name][0])
+        return report
+
+    def run(self, source: str) -> Run:
+        """Return what the page with plots is made from."""
+        from ..analysis.report import Run
+
+        threshold, reset = self.monitor
+        return Run(
+            source=source,
+            signals=self.signals,
+            report=self.report,
+            threshold=threshold,
+            reset=reset,
+            window=self.window,
+            parameters=self.scenario.given if self.scenario else {},
+            text=self.scenario.to_yaml() if self.scenario else None,
+            start=self.recording.start,
+        )
+
+
+def analyse(
     bag: Path, given: str | None, settle: float, window: float, namespace: str | None = None
-) -> Report:
-    """Return the contract's report on a bag. Raises BagError or ScenarioError."""
+) -> Analysis:
+    """Read a bag and its scenario. Raises BagError or ScenarioError."""
     recording = read_bag(bag, namespace)
     scenario = scenario_of(recording, given)
     if scenario is None:
@@ -51,20 +121,12 @@ def report_on(
         )
     else:
         need_signals(bag, recording, scenario)
-    threshold, reset = scenario.monitor if scenario else scenarios.monitor_defaults()
-    time_scale = scenario.time_scale if scenario else float(TIME_SCALE.default)
-    report = judge(
-        recording.in_model_time(time_scale),
-        scenario=recording.name or (scenario.name if scenario else 'unknown'),
-        time_scale=time_scale,
-        threshold=threshold,
-        reset=reset,
-        settle=settle,
-        window=window,
-    )
-    for name, entry in report['signals'].items():
-        entry['timing'] = timing(recording.signals[name][0])
-    return report
+    return Analysis(recording, scenario, settle, window)
+
+
+def report_on(bag: Path, given: str | None, settle: float, window: float) -> Report:
+    """Return the contract's report on a bag. Raises BagError or ScenarioError."""
+    return analyse(bag, given, settle, window).report
 
 
 def scenario_of(recording: Recording, given: str | None) -> Scenario | None:

@@ -16,6 +16,7 @@ VERBS = {
     'simulate': 'the scenario offline, as one continuous system or sample by sample',
     'analyze': 'events, rejection, residual and timing of a recorded bag',
     'certify': 'what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
+    'margin': 'the largest delay, loss and jitter that the loop bears',
     'figures': "the paper's figures, and those that it argues in words",
 }
 """Each verb is a module beside this one; it has ``add_arguments(parser)`` and ``main(args)``."""

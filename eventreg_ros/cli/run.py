@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..analysis.verdict import EXIT_CODES, table
 from ..errors import EventregError
+from . import live_timing
 from .analyze import report_on
 from .arguments import add_json, add_scenario, add_window, load_scenario, positive, write_json
 from .main import fail
@@ -56,6 +57,8 @@ def main(args: argparse.Namespace) -> int:
     write_json(args.json, report)
     print(f'bag: {bag}')
     print(table(report))
+    if session.timing:
+        print(live_timing.tables(session.timing, session.warnings))
     if broken:
         fail(broken)
         return BROKEN
@@ -65,7 +68,7 @@ def main(args: argparse.Namespace) -> int:
 def need_rclpy() -> None:
     """Raise EventregError when there is no ROS."""
     try:
-        import rclpy  # noqa: F401
+        from ..nodes import conductor  # noqa: F401
     except ImportError as error:
         raise EventregError(
             f"run needs ROS 2 ({error}): source your ROS setup, or pip install 'eventreg_ros[ros]'"

@@ -97,6 +97,9 @@ class Session:
         self.troubles: list[str] = []
         """What went wrong after the start, each in words."""
         self.started = False
+        self.timing: dict[str, dict[str, str]] = {}
+        """What each node measured of its own time, as its diagnostics say it."""
+        self.warnings: dict[str, list[str]] = {}
 
     def perform(self) -> None:
         """Start everything, run for the duration, stop everything.
@@ -187,11 +190,14 @@ class Session:
         while (now := elapsed()) < self.duration - 1e-9:
             conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
             self._tell_deaths(now)
-            self._tell_faults(conductor, now)
+            self._note_faults(conductor)
             progress.show(max(0.0, now), conductor.counts)
             if self.lockstep and self.troubles:
                 return
         progress.show(self.duration, conductor.counts, last=True)
+        if not self.lockstep:
+            self.timing = {node: conductor.seen(node) for node in self.scenario.nodes}
+            self.warnings = conductor.warnings
 
     def _tell_deaths(self, elapsed: float) -> None:
         for node in self.processes.look():
@@ -206,7 +212,7 @@ class Session:
                 flush=True,
             )
 
-    def _tell_faults(self, conductor: Conductor, elapsed: float) -> None:
+    def _note_faults(self, conductor: Conductor) -> None:
         """In lockstep a node at fault stops the run; in real time the others go on."""
         for node, message in conductor.faults.items():
             trouble = f'{node.strip("/")}: {message}'

@@ -14,8 +14,9 @@ from ..simulation.block import Block
 from ..simulation.grid import SECOND
 from ..simulation.numbered import Numbered
 from ..simulation.samples import Samples
+from ..simulation.tally import Tally
 from .lockstep import Lockstep, number_of
-from .managed import WARN, InfoCallback
+from .managed import ERROR, WARN, InfoCallback
 from .realtime import RealTime
 from .signal import SignalNode
 
@@ -31,6 +32,8 @@ class BlockNode(SignalNode):
         self.numbered = [Numbered() for _ in self.spec.inputs]
         self.silent = [False] * len(self.samples)
         self.not_finite_told = [False] * len(self.samples)
+        self.ages = [Tally() for _ in self.samples]
+        self.delays = [Tally() for _ in self.samples]
         make = self._numbered_receiver if self.values['lockstep'] else self._receiver
         self.subscriptions_by_input = {
             signal: self.subscribe(Float64, signal, make(i), self.signal_qos)
@@ -74,7 +77,7 @@ class BlockNode(SignalNode):
         def receive(message: Float64, info: dict[str, Any]) -> None:
             samples = self.samples[i]
             before = samples.not_finite
-            samples.push(self.stamp_of(info), message.data)
+            samples.push(self.stamp_of(info), message.data, number_of(info))
             if samples.not_finite > before and not self.not_finite_told[i]:
                 self.not_finite_told[i] = True
                 self.get_logger().warning(
@@ -94,6 +97,9 @@ class BlockNode(SignalNode):
         for i, samples in enumerate(self.samples):
             found = samples.over(start, grid.period, timeout, horizon)
             self._watch(i, found is None and samples.last_stamp is not None)
+            if samples.used is not None:
+                self.ages[i].add((self.pace.now - samples.used) / SECOND)
+                self.delays[i].add((start - samples.used) / SECOND)
             b, s = found or (0.0, 0.0)
             base.append(b)
             slope.append(s)
@@ -148,17 +154,39 @@ class BlockNode(SignalNode):
             for (signal, _), numbered in zip(self.spec.inputs, self.numbered, strict=True):
                 values[f'{signal}.received'] = numbered.received
             return level, message, values
-        now = self.get_clock().now().nanoseconds
-        for (signal, _), samples in zip(self.spec.inputs, self.samples, strict=True):
-            last = samples.last_stamp
+        delays = {}
+        for i, (signal, _) in enumerate(self.spec.inputs):
+            samples = self.samples[i]
             values[f'{signal}.received'] = samples.received
-            values[f'{signal}.not_finite'] = samples.not_finite
+            values[f'{signal}.lost'] = samples.lost
+            values[f'{signal}.gaps'] = samples.gaps
             values[f'{signal}.out_of_order'] = samples.out_of_order
-            values[f'{signal}.age'] = 'never' if last is None else f'{(now - last) / SECOND:.6f}'
+            values[f'{signal}.not_finite'] = samples.not_finite
+            if samples.received:
+                values.update(samples.period.figures(f'{signal}.period'))
+                values.update(self.ages[i].figures(f'{signal}.age'))
+                values.update(self.delays[i].figures(f'{signal}.delay'))
+                delays[signal] = self.delays[i].take_recent()
         quiet = [s for (s, _), silent in zip(self.spec.inputs, self.silent, strict=True) if silent]
         if quiet:
             return WARN, f'silent, counted as 0: {", ".join(quiet)}', values
+        level, message = self._judge_delays(delays) or (level, message)
         return level, message, values
+
+    def _judge_delays(self, delays: dict[str, float]) -> tuple[bytes, str] | None:
+        """Return level and message when a delay of the last second comes near the margin."""
+        margin = self.values['delay_margin']
+        signal = max(delays, key=lambda name: delays[name], default=None)
+        if signal is None:
+            return None
+        delay = delays[signal] * self.values['time_scale']
+        if delay < self.values['delay_warn'] * margin:
+            return None
+        level = ERROR if delay >= margin else WARN
+        return level, (
+            f'the measured delay of {signal} ({delays[signal] * 1e3:.1f} ms, {delay:.3f} of model '
+            f'time) comes near the delay margin of the scenario ({margin:g})'
+        )
 
     def matches(self) -> dict[str, int]:
         """Return the number of subscribers of the output and of publishers of each input."""

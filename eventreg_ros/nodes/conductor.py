@@ -49,6 +49,9 @@ class Conductor:
         self._seen: dict[str, dict[str, str]] = {}
         self.counts: dict[str, int] = {}
         self.faults: dict[str, str] = {}
+        """Why nodes went through their error state."""
+        self.warnings: dict[str, list[str]] = {}
+        """What nodes warned of, second by second."""
         self._reached: dict[str, int] = {}
         self._node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, QoSProfile(depth=100)
@@ -68,8 +71,14 @@ class Conductor:
         for status in message.status:
             node = status.name.partition(':')[0]
             self._seen[node] = {v.key: v.value for v in status.values}
-            if status.level == DiagnosticStatus.ERROR:
+            if status.level == DiagnosticStatus.ERROR and 'step' not in self._seen[node]:
                 self.faults[node] = status.message
+            elif status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
+                self.warnings.setdefault(node, []).append(status.message)
+
+    def seen(self, node: str) -> dict[str, str]:
+        """Return what ``node`` said of itself last: keys and values of its diagnostics."""
+        return self._seen.get(f'/{node}', {})
 
     def watch(self, signals: Sequence[str]) -> None:
         """Keep ``counts``, the events of each of ``signals`` so far, up to date."""
@@ -180,7 +189,7 @@ class Conductor:
                 f'{node} {key}'
                 for node, keys in expected.items()
                 for key, wanted in keys.items()
-                if int(self._seen.get(f'/{node}', {}).get(key, -1)) < wanted
+                if int(self.seen(node).get(key, -1)) < wanted
             ]
 
         self.until(lambda: not missing(), seconds, lambda: f'not matched: {", ".join(missing())}')

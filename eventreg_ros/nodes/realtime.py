@@ -7,10 +7,18 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from ..simulation.grid import SECOND, Grid
-from .managed import OK, WARN, FaultError
+from ..simulation.tally import Tally
+from .managed import ERROR, OK, WARN, FaultError
 
 if TYPE_CHECKING:
     from .signal import SignalNode
+
+
+_AWAKE = 500_000
+"""Nanoseconds for which the start of the timer is awaited awake: sleep is not that precise."""
+
+
+_TRIES = 10
 
 
 class RealTime:
@@ -26,16 +34,36 @@ class RealTime:
         self._clock = node.get_clock()
         self._rate: float = node.values['rate']
         self.grid = Grid(self._rate)
-        if not node.in_simulation_time:
-            # rcl timers keep the phase in which they were created: begin at an instant.
-            now = self._now()
-            time.sleep((self.grid.stamp(self.grid.after(now)) - now) / SECOND)
+        self._early = 0 if node.in_simulation_time else round(node.values['precision'] * SECOND)
         self._timer = node.create_timer(1.0 / self._rate, self._tick)
+        if not node.in_simulation_time:
+            self._align()
         start = round(node.values['start_time'] * SECOND)
-        self.origin = self.grid.after(max(self._now(), start - 1))
+        self.origin = self.grid.after(max(self._now() + self._early, start - 1))
         self.n = -1
         self.caught_up = self.dropped = self.clock_jumps = 0
-        self._lateness = self._worst_lateness = 0.0
+        self.lateness = Tally()
+        self.overruns = 0
+        self._told_dropped = 0
+        self.now = 0
+        """ROS time of the tick under way, in nanoseconds."""
+
+    def _align(self) -> None:
+        """Let the timer go off at the instants of the grid, or ``precision`` before them.
+
+        rcl timers keep the phase in which they were reset. On a busy machine we may be put aside
+        just then, so look, and try again.
+        """
+        for _ in range(_TRIES):
+            now = self._now()
+            begin = self.grid.stamp(self.grid.after(now + self._early + _AWAKE)) - self._early
+            time.sleep((begin - now - _AWAKE) / SECOND)
+            while self._now() < begin:
+                pass
+            self._timer.reset()
+            next_call = self._now() + self._timer.time_until_next_call() + self._early
+            if next_call - self.grid.stamp(self.grid.index(next_call)) < _AWAKE // 10:
+                return
 
     def end(self) -> None:
         """Stop ticking."""
@@ -47,6 +75,11 @@ class RealTime:
 
     def _tick(self) -> None:
         now = self._now()
+        if self._early:
+            instant = self.grid.stamp(self.grid.after(now))
+            while now < instant <= now + self._early:
+                now = self._now()
+        self.now = now
         due = self.grid.index(now) - self.origin
         if self.n >= 0 and due < self.n - self._rate:
             self.origin -= self.n - due
@@ -62,8 +95,9 @@ class RealTime:
         except FaultError as fault:
             self._node.break_off(str(fault))
             return
-        self._lateness = (now - self.grid.stamp(self.origin + self.n)) / SECOND
-        self._worst_lateness = max(self._worst_lateness, self._lateness)
+        self.lateness.add((now - self.grid.stamp(self.origin + self.n)) / SECOND)
+        if self._now() > self.grid.stamp(self.origin + self.n + 1):
+            self.overruns += 1
 
     def _until(self, due: int) -> float:
         """Take the steps up to sample ``due``, as many as may be caught up, and return the last."""
@@ -92,10 +126,15 @@ class RealTime:
             'caught_up': self.caught_up,
             'dropped': self.dropped,
             'clock_jumps': self.clock_jumps,
-            'lateness': f'{self._lateness:.6f}',
-            'worst_lateness': f'{self._worst_lateness:.6f}',
+            'overruns': self.overruns,
+            **self.lateness.figures('lateness'),
         }
-        self._worst_lateness = 0.0
-        if self.dropped:
+        steps_late = self.lateness.take_recent() * self._rate
+        warn, error = self._node.values['late_warn'], self._node.values['late_error']
+        if steps_late >= warn:
+            level = ERROR if steps_late >= error else WARN
+            return level, f'the last second had a tick {steps_late:.1f} steps late', values
+        if self.dropped > self._told_dropped:
+            self._told_dropped = self.dropped
             return WARN, f'{self.dropped} steps dropped', values
         return OK, 'running', values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import inspect
 import signal
 import sys
@@ -15,6 +16,7 @@ from rclpy.utilities import get_default_context
 
 from ..errors import EventregError
 
+_PR_SET_TIMERSLACK = 29
 _ENDING = (signal.SIGINT, signal.SIGTERM)
 
 _PATIENCE = 3600.0
@@ -63,6 +65,7 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
 def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = None) -> int:
     """Run several nodes in one executor; otherwise as :func:`run_node`."""
     stopped = _note_signals()
+    _wake_promptly()
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except Exception as error:
@@ -89,6 +92,12 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
         for each in _ENDING:
             signal.signal(each, signal.SIG_IGN)
     return 0
+
+
+def _wake_promptly() -> None:
+    """Ask Linux not to put off timers of this process by its usual 50 us."""
+    if sys.platform.startswith('linux'):
+        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1)
 
 
 def _note_signals() -> list[int]:

@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from .grid import SECOND
 from .hold import line
+from .tally import Tally
 
 KEPT = 256
 """Samples kept, enough for the steps that a late block catches up on."""
 
 SNAP = 0.25
 """A stamp that is late by less than this part of a step belongs to the instant before it."""
+
+GAP = 1.8
+"""An interval of this many usual periods or more is a gap."""
 
 GUARD = 0.125
 """Samples stamped within this part of a step before its end belong to the next one."""
@@ -25,23 +30,50 @@ class Samples:
         self.received = 0
         self.not_finite = 0
         self.out_of_order = 0
+        self.lost = 0
+        self.gaps = 0
+        self.used: int | None = None
+        """The stamp of the sample that the last step used, None when it used none."""
+        self.period = Tally()
+        self._number: int | None = None
+        self._usual = 0.0
 
     @property
     def last_stamp(self) -> int | None:
         """The stamp of the newest sample, or None when nothing has arrived."""
         return self._kept[-1][0] if self._kept else None
 
-    def push(self, stamp: int, value: float) -> bool:
-        """Take a sample. Returns False, and counts it, when it is not finite or comes too late."""
+    def push(self, stamp: int, value: float, number: int | None = None) -> bool:
+        """Take a sample with its writer's ``number``, where it is known.
+
+        Returns False, and counts it, when it is not finite or comes after a newer one, or twice. A
+        number that was left out counts as lost.
+        """
+        if number is not None:
+            if self._number is not None and number > self._number + 1:
+                self.lost += number - self._number - 1
+            self._number = number if self._number is None else max(number, self._number)
         if not math.isfinite(value):
             self.not_finite += 1
             return False
-        if self._kept and stamp <= self._kept[-1][0]:
-            self.out_of_order += 1
-            return False
+        if self._kept:
+            since = (stamp - self._kept[-1][0]) / SECOND
+            if since <= 0.0:
+                self.out_of_order += 1
+                return False
+            self._note_period(since)
         self.received += 1
         self._kept.append((stamp, value))
         return True
+
+    def _note_period(self, seconds: float) -> None:
+        self.period.add(seconds)
+        if self._usual == 0.0:
+            self._usual = seconds
+        elif seconds > GAP * self._usual:
+            self.gaps += 1
+        else:
+            self._usual += 0.05 * (seconds - self._usual)
 
     def over(
         self, start: int, period: float, timeout: float, horizon: float
@@ -59,8 +91,10 @@ class Samples:
         while i >= 0 and kept[i][0] >= end:
             i -= 1
         if i < 0 or start - kept[i][0] > timeout:
+            self.used = None
             return None
         stamp, newest = kept[i]
+        self.used = stamp
         age = -_on_grid((stamp - start) / period)
         if i == 0:
             return line(newest, newest, age, 1.0, 0.0)

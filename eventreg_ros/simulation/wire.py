@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import random
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
 from .grid import SECOND
 
@@ -32,7 +32,8 @@ class Impairment:
     order: str = 'newest'
 
 
-class Departure(NamedTuple, Generic[Item]):
+@dataclass(frozen=True)
+class Departure(Generic[Item]):
     """What leaves a link; ``entered`` and ``due`` in nanoseconds."""
 
     entered: int

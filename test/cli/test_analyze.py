@@ -1,0 +1,265 @@
+"""``eventreg analyze`` on bags whose events are known."""
+
+import json
+import shutil
+
+import pytest
+
+from eventreg_ros import scenario as scenarios
+from eventreg_ros.analysis.bags import FLOAT64, BagWriter, encode, write_bag
+from eventreg_ros.cli.main import main
+
+W = [110, 150, 190, 230]
+U = [111, 151, 191, 231]
+
+
+@pytest.fixture
+def analyze(capsys):
+    """Run ``eventreg analyze ARGUMENTS`` in this process: (exit code, output, errors)."""
+
+    def run(*arguments):
+        code = main(['analyze', *map(str, arguments)])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def refused(analyze):
+    """Run it on something that it refuses; return its one line."""
+
+    def run(*arguments):
+        code, output, error = analyze(*arguments)
+        assert (code, output) == (2, '')
+        assert error.count('\n') == 1
+        return error
+
+    return run
+
+
+# Exit codes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+@pytest.mark.parametrize(
+    ('w', 'y', 'code', 'verdict'),
+    [
+        (W, [], 0, 'rejected'),
+        (W, [130], 1, 'not rejected'),
+        (W[:2], [130], 3, 'undecided'),
+        ([], [], 3, 'undecided'),
+    ],
+)
+def test_the_exit_code_is_the_verdict(make_bag, analyze, storage, w, y, code, verdict):
+    bag = make_bag(w=w, y=y, u=U, storage=storage)
+    result, output, error = analyze(bag)
+    assert (result, error) == (code, '')
+    assert f'verdict: {verdict}\n' in output
+    assert 'rate Hz' in output
+
+
+def test_as_a_process(make_bag, eventreg):
+    for y, code in (([], 0), ([130], 1)):
+        result = eventreg('analyze', make_bag(f'bag_{code}', w=W, y=y, u=U))
+        assert (result.returncode, result.stderr) == (code, '')
+        assert result.stdout.startswith('made: 260.0 model time units, counted after 100\n')
+
+
+# Arguments ----------------------------------------------------------------------------------------
+
+
+def test_json_is_the_contract(make_bag, analyze, tmp_path):
+    analyze(make_bag(w=W, y=[50, 130], u=U), '--json', tmp_path / 'out.json')
+    report = json.loads((tmp_path / 'out.json').read_text())
+    assert report['scenario'] == 'made'
+    assert (report['time_scale'], report['settle'], report['verdict']) == (10, 100, 'not rejected')
+    assert report['duration'] == pytest.approx(260.0)
+    assert report['rejection'] == {
+        'disturbance_events': 4, 'reference_events': 0, 'preserved': 0, 'spurious': 1, 'missed': 0,
+        'ratio': 0.75,
+    }  # fmt: skip
+    assert list(report['signals']) == ['w', 'y', 'u']
+    assert report['signals']['y']['events'] == pytest.approx([50, 130], abs=1e-6)
+    timing = report['signals']['w']['timing']
+    assert list(timing) == ['rate', 'period_p50', 'period_p99', 'period_max', 'gaps']
+    assert timing['rate'] == pytest.approx(50.0)  # every 0.2 at 10 units per second
+    assert timing['period_max'] == pytest.approx(2e-2)
+    assert timing['gaps'] == 0
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code'),
+    [
+        (['--settle', '100'], 1),
+        (['--settle', '140'], 0),
+        (['--settle', '0'], 1),
+        (['--settle', '200'], 3),
+    ],
+)
+def test_settle(make_bag, analyze, arguments, code):
+    assert analyze(make_bag(w=W, y=[130], u=U), *arguments)[0] == code
+
+
+@pytest.mark.parametrize(('window', 'code'), [('5', 1), ('6.001', 0), ('0', 1)])
+def test_window(make_bag, analyze, window, code):
+    text = scenarios.load('open').to_yaml()
+    bag = make_bag(w=W, y=[136], y_r=[130], v=[130], u=U, text=text)
+    assert analyze(bag, '--window', window)[0] == code
+
+
+def test_the_scenario_of_the_bag_decides_unless_another_is_given(make_bag, analyze, tmp_path):
+    text = 'plant: {ros__parameters: {}}\nspike_monitor: {ros__parameters: {threshold: 2.0}}\n'
+    bag = make_bag(w=W, y=[130], text=text)
+    output = tmp_path / 'out.json'
+    analyze(bag, '--json', output)
+    own = json.loads(output.read_text())
+    assert own['signals']['y']['events'] == pytest.approx([130.25], abs=1e-6)
+
+    other = tmp_path / 'other.yaml'
+    other.write_text('plant: {ros__parameters: {time_scale: 5.0}}')
+    analyze(bag, '--scenario', other, '--json', output, '--settle', 50)
+    given = json.loads(output.read_text())
+    assert (given['scenario'], given['time_scale']) == ('other', 5.0)
+    assert given['duration'] == pytest.approx(130.0)
+    assert given['signals']['y']['events'] == pytest.approx([65.0], abs=1e-6)
+
+
+def test_a_shipped_scenario_may_be_named(make_bag, analyze):
+    bag = make_bag(w=W, y=[], u=U, text=None)
+    assert analyze(bag, '--scenario', 'exact')[::2] == (0, '')
+
+
+def test_without_any_scenario_the_defaults_are_taken_and_told(make_bag, analyze):
+    code, output, error = analyze(make_bag(w=W, y=[], u=U, text=None))
+    assert (code, output.splitlines()[0].split(':')[0]) == (0, 'unknown')
+    assert error.count('\n') == 1
+    assert '--scenario is not given; taking time_scale 10' in error
+
+
+def test_a_namespace_may_be_chosen(analyze, tmp_path, loop_signals, refused):
+    writer = BagWriter(tmp_path / 'bag', 'mcap', None, None)
+    for home, y in (('/a', []), ('/b', [130])):
+        for name, (t, x) in loop_signals(w=W, y=y, u=U).items():
+            writer.add(f'{home}/{name}', FLOAT64)
+            for i in range(len(t)):
+                writer.write(f'{home}/{name}', i * 20_000_000, encode(x[i]))
+    writer.close()
+    assert analyze(tmp_path / 'bag', '--namespace', '/a')[0] == 0
+    assert analyze(tmp_path / 'bag', '--namespace', 'b')[0] == 1
+    assert 'choose one with --namespace' in refused(tmp_path / 'bag')
+    assert 'in namespace /c' in refused(tmp_path / 'bag', '--namespace', 'c')
+
+
+# What is refused ----------------------------------------------------------------------------------
+
+
+def test_no_bag(refused, tmp_path):
+    (tmp_path / 'text.txt').write_text('hello')
+    assert 'does not exist; check the path' in refused(tmp_path / 'none')
+    assert 'is no bag' in refused(tmp_path)
+    assert 'cannot be read' in refused(tmp_path / 'text.txt')
+
+
+def test_a_scenario_that_does_not_fit_the_bag(make_bag, refused):
+    bag = make_bag(w=W, y=[])
+    assert 'holds no sample of u (of controller), which scenario made publishes' in refused(bag)
+    error = refused(bag, '--scenario', 'open')
+    for missing in ('v (of stimulus)', 'y_r (of reference)', 'u (of controller)'):
+        assert missing in error
+
+
+def test_a_bag_without_y(make_bag, refused):
+    bag = make_bag(w=W, u=U, text=None)
+    with pytest.raises(AssertionError):  # the note on the missing scenario comes first
+        refused(bag)
+    assert 'no sample of y (of plant)' in refused(bag, '--scenario', 'exact')
+
+
+@pytest.mark.parametrize(
+    'text', ['plant: [', 'plnt: {}', 'spike_monitor: {ros__parameters: {}}', '']
+)
+def test_a_bag_whose_scenario_is_broken(make_bag, refused, analyze, text):
+    bag = make_bag(w=W, y=[], u=U, text=text)
+    assert 'scenario made' in refused(bag)
+    assert analyze(bag, '--scenario', 'exact')[0] == 0
+
+
+def test_a_scenario_that_is_not_there(make_bag, refused):
+    assert "no scenario 'none'" in refused(make_bag(w=W, y=[], u=U), '--scenario', 'none')
+
+
+def test_places_that_cannot_be_written(make_bag, refused, tmp_path):
+    bag = make_bag(w=W, y=[], u=U)
+    for option in ('--json', '--report'):
+        assert 'name another file' in refused(bag, option, tmp_path)
+        assert 'name another file' in refused(bag, option, tmp_path / 'no' / 'such')
+
+
+# What it needs ------------------------------------------------------------------------------------
+
+BLOCKED = """
+import sys
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition('.')[0] in {'rclpy', 'std_msgs', 'rcl_interfaces', 'launch'}:
+            raise ImportError(f'{name} is not installed here')
+sys.meta_path.insert(0, Block())
+from eventreg_ros.cli.main import main
+code = main(sys.argv[1:])
+print(*sorted({name.partition('.')[0] for name in sys.modules}), file=sys.stderr)
+sys.exit(code)
+"""
+
+
+def test_it_needs_neither_ros_nor_what_it_does_not_use(make_bag, python):
+    result = python('-c', BLOCKED, 'analyze', str(make_bag(w=W, y=[], u=U)))
+    assert result.returncode == 0
+    loaded = set(result.stderr.split())
+    assert {'numpy', 'rosbags'} <= loaded
+    assert not loaded & {'rclpy', 'scipy', 'matplotlib', 'numba'}
+
+
+def test_the_report_needs_matplotlib_but_neither_ros_nor_scipy(make_bag, python, tmp_path):
+    bag, page = make_bag(w=W, y=[], u=U), tmp_path / 'page.html'
+    result = python('-c', BLOCKED, 'analyze', str(bag), '--report', str(page))
+    assert result.returncode == 0
+    assert page.read_text(encoding='utf-8').startswith('<!DOCTYPE html>')
+    loaded = set(result.stderr.split())
+    assert 'matplotlib' in loaded
+    assert not loaded & {'rclpy', 'scipy', 'numba'}
+
+
+@pytest.mark.parametrize(('until', 'code'), [(200.0, 0), (160.0, 3)])
+def test_a_killed_recording_is_judged_as_far_as_it_goes(
+    tmp_path, analyze, loop_signals, until, code
+):
+    text = 'plant: {ros__parameters: {}}\nspike_monitor: {ros__parameters: {threshold: 2.0}}\n'
+    writer = BagWriter(tmp_path / 'bag', 'mcap', text, 'cut short')
+    signals = loop_signals(until, w=W, y=[])
+    for name in signals:
+        writer.add(f'/{name}', FLOAT64)
+    for i, t in enumerate(signals['w'][0]):
+        for name, (_, x) in signals.items():
+            writer.write(f'/{name}', i * 20_000_000, encode(x[i]))
+        if t == until:
+            writer.flush()
+    shutil.copytree(tmp_path / 'bag', tmp_path / 'killed')
+    writer.close()
+    result, output, error = analyze(tmp_path / 'killed')
+    assert (result, error) == (code, '')
+    assert output.startswith(f'cut short: {until} model time units')
+
+
+def test_a_bag_may_be_moved(make_bag, analyze, tmp_path, loop_signals):
+    bag = make_bag(w=W, y=[], u=U)
+    shutil.move(bag, tmp_path / 'elsewhere')
+    assert analyze(tmp_path / 'elsewhere')[0] == 0
+
+
+def test_the_same_bag_gives_the_same_json(tmp_path, analyze, loop_signals):
+    text = scenarios.load('exact').to_yaml()
+    for i in range(2):
+        write_bag(tmp_path / f'{i}', loop_signals(w=W, y=[], u=U), 10.0, 'exact', text)
+        analyze(tmp_path / f'{i}', '--json', tmp_path / f'{i}.json')
+    assert (tmp_path / '0.json').read_text() == (tmp_path / '1.json').read_text()

@@ -1,0 +1,81 @@
+"""What tests of several parts share: signals with known events, bags of them, the command."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eventreg_ros.analysis.bags import write_bag
+
+ROOT = Path(__file__).resolve().parent.parent
+
+SCENARIO = """\
+exosystem:
+  ros__parameters: {}
+plant:
+  ros__parameters: {time_scale: 10.0, rate: 50.0}
+controller:
+  ros__parameters: {}
+"""
+
+
+def pulses(times, t):
+    """A signal at rest at -1 that rises through 1 at each of ``times``, in a straight line."""
+    x = np.full(len(t), -1.0)
+    for start in times:
+        x = np.maximum(x, 3.0 - 4.0 * np.abs(t - (start + 0.5)))
+    return x
+
+
+@pytest.fixture(name='pulses')
+def _pulses():
+    return pulses
+
+
+@pytest.fixture
+def loop_signals():
+    """Make signals over model time, every 0.2 until ``end``, with events at the given times."""
+
+    def make(end=260.0, **events):
+        t = np.arange(round(end / 0.2) + 1) * 0.2
+        return {name: (t, pulses(times, t)) for name, times in events.items()}
+
+    return make
+
+
+@pytest.fixture
+def make_bag(tmp_path, loop_signals):
+    """Write a bag of signals with events at the given times; return its path."""
+
+    def make(name='bag', *, end=260.0, text=SCENARIO, storage='mcap', **events):
+        write_bag(tmp_path / name, loop_signals(end, **events), 10.0, 'made', text, storage)
+        return tmp_path / name
+
+    return make
+
+
+@pytest.fixture
+def eventreg():
+    """Run ``python -m eventreg_ros ARGUMENTS`` as a process."""
+
+    def run(*arguments, **more):
+        return python('-m', 'eventreg_ros', *map(str, arguments), **more)
+
+    return run
+
+
+@pytest.fixture(name='python')
+def _python():
+    return python
+
+
+def python(*arguments, **more):
+    """Run this Python with ``arguments`` so that it finds the package."""
+    environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env=environment, capture_output=True, text=True, timeout=60, check=False, **more,
+    )  # fmt: skip
