@@ -6,7 +6,7 @@ BIN = $(VENV)/bin
 # Nothing here leaves the loopback.
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
-.PHONY: demo test lint bench figures clean
+.PHONY: demo test lint bench figures picture clean
 
 demo: $(VENV)/installed
 	rm -rf build/demo
@@ -27,6 +27,10 @@ bench: $(VENV)/installed
 # The pictures of docs/gallery.md and the page itself; a rerun on one machine changes no byte.
 figures: $(VENV)/installed
 	$(BIN)/eventreg figures --out docs/figures --format svg --page docs/gallery.md
+
+# The picture of README.md: a real run over DDS, the controller switched off and on again.
+picture: $(VENV)/installed
+	$(BIN)/python docs/demo.py docs/demo.png
 
 $(VENV)/installed: setup.py pyproject.toml
 	$(PYTHON) -m venv $(VENV)

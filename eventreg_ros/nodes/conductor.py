@@ -24,7 +24,12 @@ from .ros import make_executor
 from .spike_monitor import COUNT_QOS
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
-_REACHED = {CONFIGURE: State.PRIMARY_STATE_INACTIVE, ACTIVATE: State.PRIMARY_STATE_ACTIVE}
+DEACTIVATE = Transition.TRANSITION_DEACTIVATE
+_REACHED = {
+    CONFIGURE: State.PRIMARY_STATE_INACTIVE,
+    ACTIVATE: State.PRIMARY_STATE_ACTIVE,
+    DEACTIVATE: State.PRIMARY_STATE_INACTIVE,
+}
 
 _RESEND = 3.0
 """Seconds without an answer after which a request is sent again."""

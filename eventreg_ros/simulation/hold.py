@@ -18,6 +18,13 @@ raises the delay that the mismatched loop bears; with 0.8 its state goes out of 
 """
 
 
+REACH = 1.0
+"""How far the line of a late sample may lead from it, in the signal's unit (spikes are 4 high).
+
+What leads further is no slope but a jump, a controller's last u = 0, say, and is held.
+"""
+
+
 def horizon_in_steps(hold: str, h: float) -> float:
     """Return how many steps of length ``h`` (model time) a line is drawn onwards; ``zero``: none.
 
@@ -33,11 +40,14 @@ def line(
 
     ``newest`` is the last sample received, ``age`` steps before the step begins; ``previous`` came
     ``gap`` > 0 steps before it. With nothing before it, pass ``newest`` twice. A sample that is
-    newer than the step's beginning has a negative age. Beyond ``horizon`` steps it is held.
+    newer than the step's beginning has a negative age. Beyond ``horizon`` steps it is held, and so
+    is a late one whose line would lead further than :data:`REACH`.
     """
     if age > horizon or gap > horizon:
         return newest, 0.0
     slope = (newest - previous) / gap
+    if age > 0.0 and abs(age * slope) > REACH:
+        return newest, 0.0
     return newest + age * slope, slope
 
 

@@ -6,9 +6,9 @@ from eventreg_ros.simulation.hold import HORIZON, drive, horizon_in_steps, line
 @pytest.mark.parametrize('age', [-0.5, 0.0, 1.0, 2.5])
 @pytest.mark.parametrize('gap', [0.5, 1.0, 3.0])
 def test_a_line_goes_through_both_samples(age, gap):
-    base, slope = line(0.7, 0.4, age, gap, 4.0)
+    base, slope = line(0.7, 0.6, age, gap, 4.0)
     assert base + -age * slope == pytest.approx(0.7, abs=1e-15)
-    assert base + (-age - gap) * slope == pytest.approx(0.4, abs=1e-15)
+    assert base + (-age - gap) * slope == pytest.approx(0.6, abs=1e-15)
 
 
 def test_zero_holds_the_newest():
@@ -37,8 +37,8 @@ def test_no_input_drives_nothing():
 @pytest.mark.parametrize('h', [0.01, 0.05, 0.4])
 def test_the_horizon_is_a_model_time(h):
     bridged = round(HORIZON / h)
-    assert line(0.7, 0.4, float(bridged), 1.0, horizon_in_steps('linear', h))[1] != 0.0
-    assert line(0.7, 0.4, bridged + 1.0, 1.0, horizon_in_steps('linear', h))[1] == 0.0
+    assert line(0.7, 0.69, float(bridged), 1.0, horizon_in_steps('linear', h))[1] != 0.0
+    assert line(0.7, 0.69, bridged + 1.0, 1.0, horizon_in_steps('linear', h))[1] == 0.0
 
 
 def test_a_step_longer_than_the_horizon_is_still_bridged():
@@ -47,3 +47,9 @@ def test_a_step_longer_than_the_horizon_is_still_bridged():
 
 def test_the_zero_hold_has_no_horizon():
     assert horizon_in_steps('zero', 0.01) == 0.0
+
+
+def test_a_late_jump_is_held_and_a_punctual_one_drawn_on():
+    assert line(0.0, -1.9, 1.0, 1.0, 8.0) == (0.0, 0.0)
+    assert line(0.0, -1.9, 0.0, 1.0, 8.0) == (0.0, 1.9)
+    assert line(0.1, 0.05, 6.0, 1.0, 8.0) == (pytest.approx(0.4), pytest.approx(0.05))
