@@ -69,7 +69,7 @@ def draw(signals, path):
         gap = t[1:][(t[1:] - t[:-1]) > 10.0]
         for ax in axes:
             ax.axvspan(gap[0] - (ON - OFF) * 10.0, gap[0], color=GREY, alpha=0.25, linewidth=0)
-        axes[0].text(gap[0] - (ON - OFF) * 5.0, 2.0, 'controller off', ha='center', va='top')
+        axes[0].text(gap[0] - (ON - OFF) * 5.0, 2.5, 'controller off', ha='center', va='bottom')
         axes[2].set_xlabel(TIME)
         axes[2].set_xlim(0.0, END * 10.0)
         save(figure, path)

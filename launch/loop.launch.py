@@ -8,7 +8,9 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from eventreg_ros import scenario as scenarios
+from eventreg_ros.cli.impair import with_links
 from eventreg_ros.errors import EventregError
+from eventreg_ros.parameters import kind_of
 from launch import LaunchDescription
 
 ARGUMENTS = (
@@ -17,6 +19,11 @@ ARGUMENTS = (
     ),
     DeclareLaunchArgument(
         'params_file', default_value='', description='a parameter file read after the scenario'
+    ),
+    DeclareLaunchArgument(
+        'link',
+        default_value='',
+        description='links on signals: "u:delay=0.02,jitter=0.005 y:loss=0.1"',
     ),
     DeclareLaunchArgument('namespace', default_value='', description='namespace of all nodes'),
     DeclareLaunchArgument('record', default_value='false', description='record a bag'),
@@ -33,7 +40,7 @@ def start(context):
         return LaunchConfiguration(name).perform(context)
 
     try:
-        scenario = scenarios.load(value('scenario'))
+        scenario = with_links(scenarios.load(value('scenario')), value('link').split())
     except EventregError as error:
         raise RuntimeError(str(error)) from None
     nodes = {name: dict(values) for name, values in scenario.given.items()}
@@ -51,7 +58,7 @@ def start(context):
     return [LogInfo(msg=f'scenario {scenario.name}: {", ".join(nodes)}')] + [
         Node(
             package='eventreg_ros',
-            executable=name,
+            executable=kind_of(name),
             name=name,
             namespace=value('namespace'),
             output='screen',

@@ -19,9 +19,9 @@ SIZE = (6.4, 2.9)
 
 PALE = '#DDEAF3'
 KEYS = (
-    (ORANGE, 'rejected with no seed'),
-    (PALE, 'with some seeds'),
-    (BLUE, 'with every seed'),
+    (ORANGE, 'with none'),
+    (PALE, 'with some'),
+    (BLUE, 'rejected with every seed'),
 )
 """The colours of a cell, in this order; they also differ in lightness."""
 
@@ -38,7 +38,8 @@ def draw_map(
     from matplotlib.figure import Figure
 
     with style():
-        figure = Figure(figsize=SIZE, layout='none')
+        figure = Figure(figsize=SIZE)
+        figure.set_layout_engine('none')
         axes = figure.subplots(
             1, len(rejected), sharey=True, squeeze=False,
             gridspec_kw={'left': 0.08, 'right': 0.985, 'bottom': 0.15, 'top': 0.72, 'wspace': 0.08},
