@@ -3,6 +3,7 @@
 import os
 import tempfile
 
+from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -11,7 +12,6 @@ from eventreg_ros import scenario as scenarios
 from eventreg_ros.cli.impair import with_links
 from eventreg_ros.errors import EventregError
 from eventreg_ros.parameters import kind_of
-from launch import LaunchDescription
 
 ARGUMENTS = (
     DeclareLaunchArgument(
