@@ -46,7 +46,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            *(f'{node} = {package_name}.nodes.{node}:main' for node in NODES),
+            *(f'{node} = {package_name}.nodes.executables:{node}' for node in NODES),
             f'eventreg = {package_name}.cli.main:main',
         ],
     },

@@ -15,3 +15,8 @@ class ScenarioError(EventregError, ValueError):
 
 class BagError(EventregError, ValueError):
     """A bag cannot be read, or does not hold what the question needs."""
+
+
+def ros_is_missing(who: str, error: ImportError) -> str:
+    """Return what to tell a user who wants to run ``who`` where ROS cannot be imported."""
+    return f"{who} needs ROS 2 ({error}): source your ROS setup, or pip install 'eventreg_ros[ros]'"

@@ -51,6 +51,21 @@ def test_every_executable_is_there_and_runs(installed):
     assert 'verdict: undecided' in done.stdout
 
 
+@pytest.mark.parametrize('arguments', [['plant'], ['eventreg', 'run', 'exact']])
+def test_without_ros_it_says_so_in_one_line(installed, tmp_path, arguments):
+    site = next(installed.glob('lib/python*/site-packages'))
+    hide = tmp_path / 'sitecustomize.py'  # as on a machine where rclpy is not installed
+    hide.write_text('import sys\nsys.modules.update(rclpy=None, std_msgs=None)\n')
+    done = subprocess.run(
+        [installed / 'lib' / 'eventreg_ros' / arguments[0], *arguments[1:]],
+        env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{site}'},
+        capture_output=True, text=True, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert 'needs ROS 2' in done.stderr
+
+
 def test_share_holds_what_ros_looks_for(installed):
     share = installed / 'share'
     assert (share / 'ament_index/resource_index/packages/eventreg_ros').exists()

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from ..analysis.verdict import EXIT_CODES, table
-from ..errors import EventregError
+from ..errors import EventregError, ros_is_missing
 from . import live_timing
 from .analyze import report_on
 from .arguments import add_json, add_scenario, add_window, load_scenario, positive, write_json
@@ -70,6 +70,4 @@ def need_rclpy() -> None:
     try:
         from ..nodes import conductor  # noqa: F401
     except ImportError as error:
-        raise EventregError(
-            f"run needs ROS 2 ({error}): source your ROS setup, or pip install 'eventreg_ros[ros]'"
-        ) from None
+        raise EventregError(ros_is_missing('run', error)) from None
