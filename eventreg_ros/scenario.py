@@ -10,7 +10,7 @@ from typing import Any
 
 from .errors import ParameterError, ScenarioError
 from .models.roles import ROLES, model_of
-from .parameters import NODES, hint, is_ros_parameter, resolve
+from .parameters import NODES, hint, is_ros_parameter, kind_of, resolve
 from .simulation.block import BlockSpec
 from .simulation.stimulus import Stimulus
 
@@ -213,7 +213,7 @@ def _distinct(scenario: Scenario) -> Scenario:
 
 
 def _has(node: str, parameter: str) -> bool:
-    return is_ros_parameter(parameter) or any(p.name == parameter for p in NODES[node])
+    return is_ros_parameter(parameter) or any(p.name == parameter for p in NODES[kind_of(node)])
 
 
 def _dialect(base: Any) -> Any:
@@ -263,7 +263,7 @@ def _nodes(data: Any, name: str) -> dict[str, dict[str, Any]]:
     nodes: dict[str, dict[str, Any]] = {}
     for key, value in data.items():
         node = WILDCARD if key == WILDCARD else str(key).removeprefix(WILDCARD).strip('/')
-        if node != WILDCARD and node not in NODES:
+        if node != WILDCARD and kind_of(node) not in NODES:
             raise ScenarioError(f'scenario {name}: no node {key!r}{hint(node, NODES)}')
         parameters = value.get('ros__parameters') if isinstance(value, dict) else None
         if not isinstance(parameters, dict) or set(value) != {'ros__parameters'}:

@@ -11,6 +11,7 @@ from ..errors import EventregError, ros_is_missing
 from . import live_timing
 from .analyze import report_on
 from .arguments import add_json, add_scenario, add_window, load_scenario, positive, write_json
+from .impair import add_link, with_links
 from .main import fail
 from .session import Session
 
@@ -33,13 +34,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--composed', action='store_true', help='all nodes in one process and one executor'
     )
+    add_link(parser)
     add_json(parser)
     add_window(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run, record, analyse; see the contract for the exit codes."""
-    scenario = load_scenario(args)
+    scenario = with_links(load_scenario(args), args.links)
     bag = args.bag or Path(time.strftime(f'eventreg_{scenario.name}_%Y_%m_%d-%H_%M_%S'))
     if bag.exists():
         raise EventregError(f'bag {bag} exists already; remove it or give another --bag')

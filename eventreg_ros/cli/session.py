@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import EventregError
-from ..parameters import NODES, resolve
+from ..parameters import kind_of, resolve
 from ..scenario import Scenario
 from .domain import loopback_domain
+from .impair import need_real_time
 from .processes import Processes, node_command
 from .progress import Progress
 
@@ -122,6 +123,7 @@ class Session:
         stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
         whole = complete(self.scenario, self.bag, stored)
         if self.lockstep:
+            need_real_time(self.scenario)
             whole = in_lockstep(whole, self.duration)
         parameters = scratch / 'parameters.yaml'
         parameters.write_text(whole.to_yaml(), encoding='utf-8')
@@ -151,7 +153,9 @@ class Session:
             self.processes.start('the process of all nodes', command, environment)
             return
         for node in nodes:
-            self.processes.start(node, node_command(node, arguments), environment)
+            named = ['-r', f'__node:={node}'] if kind_of(node) != node else []
+            command = node_command(kind_of(node), [*arguments, *named])
+            self.processes.start(node, command, environment)
 
     def _refuse_death(self) -> None:
         for node in self.processes.look():
@@ -202,12 +206,12 @@ class Session:
     def _tell_deaths(self, elapsed: float) -> None:
         for node in self.processes.look():
             how = f'{node} {self.processes.died[node]} after {elapsed:.1f} s'
-            if node not in NODES or node == 'recorder':
+            if self.composed or node == 'recorder':
                 raise EventregError(f'{how}; what was recorded is in {self.bag}')
             self.troubles.append(how)
             print(
                 f'\neventreg: {how}; the others run on, and it may be started again: '
-                f'ros2 run eventreg_ros {node}',
+                f'ros2 run eventreg_ros {kind_of(node)}',
                 file=sys.stderr,
                 flush=True,
             )

@@ -10,9 +10,10 @@ from typing import Any
 from rclpy.utilities import remove_ros_args
 
 from ..models.roles import ROLES
-from ..parameters import NODES
+from ..parameters import NODES, kind_of
 from .block import BlockNode
 from .clock import ClockNode
+from .link import LinkNode
 from .managed import ManagedNode
 from .recorder import Recorder
 from .ros import run_nodes
@@ -24,11 +25,15 @@ CLASSES: dict[str, type[ManagedNode]] = {
     'spike_monitor': SpikeMonitor,
     'recorder': Recorder,
     'clock': ClockNode,
+    'link': LinkNode,
 }
 
 
 def make(kind: str, **kwargs: Any) -> ManagedNode:
-    """Create the node that ``ros2 run eventreg_ros KIND`` would."""
+    """Create the node that ``ros2 run eventreg_ros KIND`` would; a link may be called link_NAME."""
+    name, kind = kind, kind_of(kind)
+    if name != kind:
+        kwargs['cli_args'] = ['--ros-args', '-r', f'__node:={name}', *kwargs.get('cli_args', ())]
     return BlockNode(kind, **kwargs) if kind in ROLES else CLASSES[kind](**kwargs)
 
 
@@ -36,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the nodes named on the command line: python -m eventreg_ros.nodes.composed plant ..."""
     argv = list(sys.argv if argv is None else argv)
     kinds = remove_ros_args(argv)[1:]
-    if not kinds or not set(kinds) <= set(NODES):
+    if not kinds or not {kind_of(kind) for kind in kinds} <= set(NODES):
         print(f'composed: name nodes among {", ".join(NODES)}, got {kinds}', file=sys.stderr)
         return 2
     return run_nodes([partial(make, kind) for kind in kinds], argv)

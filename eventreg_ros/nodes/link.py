@@ -1,0 +1,144 @@
+"""The link: relays one signal and delays, jitters, drops or duplicates its samples on the way."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import fields
+from typing import Any
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from std_msgs.msg import Float64
+
+from ..simulation.grid import SECOND
+from ..simulation.wire import Impairment, Wire
+from .managed import OK, ManagedNode
+from .ros import run_node
+from .signal import SIGNAL_QOS
+
+SOONEST = 1_000
+"""Nanoseconds to which the timer is set when a sample is due at once or was so already."""
+
+
+class LinkNode(ManagedNode):
+    """Relays ``input`` to ``output`` through a :class:`.wire.Wire`, without unpacking the samples.
+
+    Delays count from a sample's arrival and pass in real time, under simulation time too. What is
+    sent gets a new source time stamp, as every message does.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('link', **kwargs)
+
+    def open(self) -> None:
+        """Create the subscription of the input and the publisher of the output."""
+        self.publisher = self.advertise(Float64, self.values['output'], SIGNAL_QOS)
+        self.source = self.subscribe(
+            Float64, self.values['input'], self._receive, SIGNAL_QOS, raw=True
+        )
+
+    def shut(self) -> None:
+        """Destroy them."""
+        if hasattr(self, 'source'):
+            self.destroy_subscription(self.source)
+            del self.source
+        if hasattr(self, 'publisher'):
+            self.destroy_lifecycle_publisher(self.publisher)
+            del self.publisher
+
+    def begin(self) -> None:
+        """Relay from now on; the random numbers begin anew."""
+        self._new_wire()
+        self._alarm = self.create_timer(
+            1.0, self._deliver, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._alarm.cancel()
+
+    def end(self) -> None:
+        """Fall silent; what is in flight is lost."""
+        self._alarm.cancel()
+        self.destroy_timer(self._alarm)
+
+    def changed(self) -> None:
+        """Take over the impairment for the samples to come; a new seed begins anew."""
+        if self.stage != 'active':
+            return
+        if self.values['seed'] != self._seed:
+            self._new_wire()
+        self.wire.impairment = impairment(self.values)
+
+    def _new_wire(self) -> None:
+        # Links with the same seed are not to drop the same samples.
+        self._seed = self.values['seed']
+        topic = self.resolve_topic_name(self.values['input'])
+        self.wire: Wire[bytes] = Wire(impairment(self.values), f'{self._seed} {topic}')
+        self._delays: list[int] = []
+        self._errors: list[int] = []
+
+    def _receive(self, data: bytes, info: dict[str, Any]) -> None:
+        if self.stage != 'active':
+            return
+        waited = max(0, time.time_ns() - info['received_timestamp'])
+        self.wire.push(time.monotonic_ns() - waited, data)
+        self._deliver()
+
+    def _deliver(self) -> None:
+        """Send what is due, and set the timer to when the next sample is."""
+        for departure in self.wire.pop(time.monotonic_ns()):
+            self.send(self.publisher, departure.item)
+            now = time.monotonic_ns()
+            self._delays.append(now - departure.entered)
+            self._errors.append(now - departure.due)
+        due_next = self.wire.next_due
+        if due_next is None:
+            self._alarm.cancel()
+        else:
+            self._alarm.timer_period_ns = max(due_next - time.monotonic_ns(), SOONEST)
+            self._alarm.reset()
+
+    def report(self) -> tuple[bytes, str, dict[str, object]]:
+        """Return the counts since activation, and delay and error since the last report."""
+        wire = self.wire
+        values: dict[str, object] = {
+            'received': wire.received,
+            'sent': wire.sent,
+            'dropped': wire.dropped,
+            'duplicated': wire.duplicated,
+            'overtaken': wire.overtaken,
+            'in_flight': wire.in_flight,
+        }
+        for name, times in (('delay', self._delays), ('error', self._errors)):
+            times.sort()
+            for part in (50, 99):
+                values[f'{name}_p{part}'] = percentile(times, part)
+            times.clear()
+        return OK, 'relaying', values
+
+    def matches(self) -> dict[str, int]:
+        """Return the number of publishers of the input and of subscribers of the output."""
+        if not hasattr(self, 'source'):
+            return {}
+        return {
+            f'{self.values["input"]}.publishers': self.source.get_publisher_count(),
+            f'{self.values["output"]}.subscribers': self.publisher.get_subscription_count(),
+        }
+
+
+def impairment(values: dict[str, Any]) -> Impairment:
+    """Return the impairment that the parameters ask for."""
+    return Impairment(**{field.name: values[field.name] for field in fields(Impairment)})
+
+
+def percentile(times: list[int], part: int) -> str:
+    """Return a percentile of sorted ``times`` (nanoseconds) in seconds, or a dash without any."""
+    return f'{times[(len(times) - 1) * part // 100] / SECOND:.6f}' if times else '-'
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node(LinkNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
