@@ -90,10 +90,10 @@ def test_the_table_is_the_contract():
     assert set(waveforms) == {'constant', 'sine', 'square', 'pulses', 'csv'}
 
 
-def test_what_may_be_set_while_running_is_the_contract():
+def test_what_may_be_set_while_running_is_the_contract_and_what_only_warns():
     for node in BLOCKS:
         live = {p.name for p in NODES[node] if p.settable == 'active'}
-        assert live == {'k', 'tau', 'gain', 'time_scale'}
+        assert live == {'k', 'tau', 'gain', 'time_scale', 'delay_margin', 'delay_warn'}
 
 
 @pytest.mark.parametrize(('node', 'parameter'), EVERY, ids=IDS)
