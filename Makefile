@@ -24,9 +24,11 @@ lint: $(VENV)/installed
 bench: $(VENV)/installed
 	@for table in bench/*.py; do echo "== $$table"; $(BIN)/python $$table || exit 1; done
 
-# The pictures of docs/gallery.md and the page itself; a rerun on one machine changes no byte.
+# The pictures of docs/gallery.md and docs/delays.md, and the gallery's page; a rerun on one
+# machine changes no byte.
 figures: $(VENV)/installed
 	$(BIN)/eventreg figures --out docs/figures --format svg --page docs/gallery.md
+	$(BIN)/eventreg margin exact --plot docs/figures/margin_exact.svg
 
 # The picture of README.md: a real run over DDS, the controller switched off and on again.
 picture: $(VENV)/installed

@@ -23,6 +23,7 @@ from .analysis.rejection import SETTLE, WINDOW
 from .analysis.verdict import Report, table
 from .analysis.verdict import judge as judge_signals
 from .certify import certify
+from .errors import EventregError
 from .models.certificates import Certificate
 from .models.roles import STIMULUS_OUTPUT
 from .scenario import Scenario
@@ -106,6 +107,11 @@ def simulate(
     Raises EventregError when the loop cannot be simulated or the state stops being finite.
     """
     scenario = _loaded(scenario)
+    if not sampled and (delay or loss or jitter or seed):
+        raise EventregError(
+            f'delay, loss, jitter and seed belong to a sampled simulation, got '
+            f'{delay:g}, {loss:g}, {jitter:g} and {seed}; add sampled=True'
+        )
     blocks, stimulus = scenario.blocks, scenario.stimulus
     v = STIMULUS_OUTPUT if stimulus is None else scenario.nodes['stimulus']['output']
     if sampled:
@@ -138,7 +144,7 @@ def judge(run: Run, settle: float = SETTLE, window: float = WINDOW) -> Report:
     Events before ``settle`` do not count; those of y and y_r match within ``window`` (model time).
     """
     threshold, reset = run.scenario.monitor
-    return judge_signals(
+    report = judge_signals(
         {name: (run.fine.t, x) for name, x in run.fine.signals.items()},
         scenario=run.scenario.name,
         time_scale=run.scenario.time_scale,
@@ -147,6 +153,9 @@ def judge(run: Run, settle: float = SETTLE, window: float = WINDOW) -> Report:
         settle=settle,
         window=window,
     )
+    for entry in report['signals'].values():
+        entry['samples'] = len(run.t)  # the fine grid is for the events alone
+    return report
 
 
 def certificates(scenario: Scenario | str) -> list[Certificate]:

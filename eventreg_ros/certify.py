@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from .models.certificates import (
     Certificate,
     Number,
@@ -19,8 +21,12 @@ from .models.roles import ROLES, STIMULUS_OUTPUT
 from .models.theory import Status
 from .scenario import Scenario
 from .simulation.block import BlockSpec
+from .simulation.continuous import simulate
 from .simulation.lyapunov import PERTURBED, TIME, TRANSIENT, UnboundedError, conditional_exponent
 from .simulation.stimulus import Stimulus
+
+MOVES = 1e-3
+"""A signal that ranges further than this has not come to rest."""
 
 EXPONENT = 'largest conditional Lyapunov exponent per unit of model time'
 
@@ -133,15 +139,30 @@ def _exponent(
     numbers['blocks'] = list(found.blocks)
     words = number + WORDS[status]
     if status == 'none' and claim == 'exponent_quiet':
-        words += ' It is 0 wherever a loop oscillates by itself: nothing corrects its phase.'
+        numbers['oscillates'] = _oscillates(blocks)
+        words += OSCILLATES if numbers['oscillates'] else RESTS
     return Certificate(subject, claim, status, found.value, EXPONENT, words, numbers)
 
 
 WORDS = {
     'pass': 'Small differences fade: contracting along this solution.',
-    'none': 'Not told from 0, so not contractive: some small difference does not fade.',
+    'none': 'Not told from 0.',
     'fail': 'Small differences grow.',
 }
+
+
+OSCILLATES = (
+    ' It oscillates by itself, and nothing corrects its phase: not contractive, a small difference '
+    'along the orbit does not fade.'
+)
+RESTS = ' It goes to rest, so it may contract, too slowly to be told over this time.'
+
+
+def _oscillates(blocks: Mapping[str, BlockSpec]) -> bool:
+    """Say whether the blocks, left to themselves, still move after the transient."""
+    run = simulate(blocks, None, 2.0 * TRANSIENT)
+    late = run.t >= TRANSIENT
+    return any(float(np.ptp(x[late])) > MOVES for x in run.signals.values())
 
 
 def _induced(driven: Certificate, quiet: Certificate) -> Certificate:
@@ -151,6 +172,8 @@ def _induced(driven: Certificate, quiet: Certificate) -> Certificate:
         text = 'It is not seen to contract with its inputs.'
     elif quiet.status == 'pass':
         text = 'It contracts with and without its inputs: nothing is induced.'
-    else:
+    elif quiet.status == 'fail' or quiet.numbers.get('oscillates'):
         induced, text = 'pass', 'It contracts with its inputs and not without: they induce it.'
+    else:
+        text = 'It contracts with its inputs; whether it does without them is not told.'
     return Certificate('loop', 'input_induced_contraction', induced, driven.value, EXPONENT, text)

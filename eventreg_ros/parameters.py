@@ -21,7 +21,7 @@ from .simulation.hold import HOLDS
 from .simulation.stimulus import WAVEFORMS
 from .simulation.wire import ORDERS
 
-_TOPIC = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
+_TOPIC = re.compile(r'[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 AUTOSTART = Parameter(
     'autostart', 'bool', True, 'configure and activate the node as soon as it starts'
@@ -69,7 +69,7 @@ MAX_CATCH_UP = Parameter(
     'seconds of model steps that are caught up at once after a pause; more is dropped',
     low=0.0,
 )
-RATE = Parameter('rate', 'double', 200.0, 'steps per second', low=0.0, open_low=True, high=100000.0)
+RATE = Parameter('rate', 'double', 200.0, 'steps per second', low=0.001, high=100000.0)
 TIME_SCALE = Parameter(
     'time_scale',
     'double',
@@ -270,7 +270,7 @@ NODES: dict[str, tuple[Parameter, ...]] = {
             settable=ACTIVE,
         ),
         Parameter('steps', 'int', 0, 'steps after which the clock stops; 0: never', low=0.0),
-        Parameter('window', 'int', 64, 'steps granted at once', low=1.0, settable=ACTIVE),
+        Parameter('window', 'int', 256, 'steps granted at once', low=1.0, settable=ACTIVE),
         RATE,
         AUTOSTART,
     ),
@@ -373,13 +373,7 @@ def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _check_together(node: str, values: Mapping[str, Any]) -> None:
-    for name in ('excitatory', 'inhibitory', 'input', 'output', 'signals'):
-        value = values.get(name, [])
-        for signal in [value] if isinstance(value, str) else value:
-            if not _TOPIC.fullmatch(signal):
-                raise ParameterError(
-                    f'{node}.{name} must name topics (letters, digits, _ and /), got {signal!r}'
-                )
+    _check_signals(node, values)
     if node in ROLES:
         dimension = model_of(node, values['model']).dimension
         if len(values['x0']) != dimension:
@@ -387,23 +381,36 @@ def _check_together(node: str, values: Mapping[str, Any]) -> None:
                 f'{node}.x0 must have {dimension} numbers for model {values["model"]}, '
                 f'got {values["x0"]!r}'
             )
-        inputs = [*values['excitatory'], *values['inhibitory']]
-        if values['output'] in inputs or len(set(inputs)) < len(inputs):
-            raise ParameterError(
-                f'{node}.excitatory, {node}.inhibitory and {node}.output must name different '
-                f'signals, got {values["excitatory"]}, {values["inhibitory"]}, {values["output"]!r}'
-            )
     if node == 'spike_monitor' and not values['reset'] < values['threshold']:
         raise ParameterError(
             f'spike_monitor.reset must be < threshold ({values["threshold"]:g}), '
             f'got {values["reset"]:g}'
         )
-    if 'input' in values and values['input'] == values['output']:
-        raise ParameterError(
-            f'{node}.input and {node}.output must name different signals, got {values["input"]!r}'
-        )
     if values.get('waveform') == 'csv' and not values['file']:
         raise ParameterError("stimulus.file must name a csv file for waveform csv, got ''")
+
+
+def _check_signals(node: str, values: Mapping[str, Any]) -> None:
+    for name in ('excitatory', 'inhibitory', 'input', 'output', 'signals'):
+        value = values.get(name, [])
+        for signal in [value] if isinstance(value, str) else value:
+            if not _TOPIC.fullmatch(signal):
+                raise ParameterError(
+                    f'{node}.{name} must name relative topics (letters, digits, _ and /), '
+                    f'got {signal!r}'
+                )
+    groups = (('excitatory', 'inhibitory', 'output'), ('input', 'output'), ('signals',))
+    for group in groups:
+        if not all(name in values for name in group):
+            continue
+        together: list[str] = []
+        for name in group:
+            together += values[name] if isinstance(values[name], list) else [values[name]]
+        if len(set(together)) < len(together):
+            raise ParameterError(
+                f'{", ".join(f"{node}.{name}" for name in group)} must name different signals, '
+                f'got {", ".join(map(repr, together))}'
+            )
 
 
 def hint(name: str, known: Mapping[str, Any]) -> str:

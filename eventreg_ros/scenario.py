@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -137,24 +137,25 @@ def shipped() -> list[str]:
     return sorted(path.stem for path in config_directory().glob('*.yaml'))
 
 
-def load(scenario: str, overrides: Iterable[str] = ()) -> Scenario:
+def load(scenario: str, overrides: Iterable[str] = (), implicit: Collection[str] = ()) -> Scenario:
     """Read a scenario by the name of a shipped one or by the path of a parameter file.
 
-    ``overrides`` are strings ``NODE.PARAM:=VALUE``; NODE may be ``/**``. Raises ScenarioError or
-    ParameterError, one line that says what is wrong and how to mend it.
+    ``overrides`` are strings ``NODE.PARAM:=VALUE``; NODE may be ``/**``, or one of the ``implicit``
+    nodes, which the scenario need not name. Raises ScenarioError or ParameterError, one line that
+    says what is wrong and how to mend it.
     """
     path = find(scenario)
     try:
         text = path.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f'scenario {path} must be a readable text file: {error}') from None
-    return parse(text, path.stem, overrides)
+    return parse(text, path.stem, overrides, implicit)
 
 
 def find(scenario: str) -> Path:
     """Return the file of a scenario given by name or path. Raises ScenarioError."""
     path = Path(scenario)
-    if path.suffix in ('.yaml', '.yml') or len(path.parts) > 1:
+    if path.suffix in ('.yaml', '.yml') or '/' in scenario:
         if path.is_file():
             return path
         raise ScenarioError(f'scenario file {scenario!r} does not exist; check the path')
@@ -166,14 +167,16 @@ def find(scenario: str) -> Path:
     return config_directory() / f'{scenario}.yaml'
 
 
-def parse(text: str, name: str, overrides: Iterable[str] = ()) -> Scenario:
+def parse(
+    text: str, name: str, overrides: Iterable[str] = (), implicit: Collection[str] = ()
+) -> Scenario:
     """Read a scenario from the text of a ROS parameter file; see :func:`load`."""
     try:
         given = _nodes(_yaml(text, name), name)
     except RecursionError:
         raise ScenarioError(f'scenario {name} nests without end; remove the alias') from None
     for override in overrides:
-        _apply(override, given)
+        _apply(override, given, implicit)
     everyone = given.pop(WILDCARD, {})
     for parameter in everyone:
         if not is_ros_parameter(parameter) and not any(_has(n, parameter) for n in NODES):
@@ -285,13 +288,13 @@ def _flat(parameters: Mapping[Any, Any], prefix: str = '') -> dict[str, Any]:
     return flat
 
 
-def _apply(override: str, given: dict[str, dict[str, Any]]) -> None:
+def _apply(override: str, given: dict[str, dict[str, Any]], implicit: Collection[str]) -> None:
     match = re.fullmatch(r'(/\*\*|[^.:\s]+)\.([^:\s]+):=(.*)', override, re.DOTALL)
     if not match:
         raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {override!r}')
     node, parameter, text = match.groups()
     node = node if node == WILDCARD else node.strip('/')
-    if node != WILDCARD and node not in given:
+    if node != WILDCARD and node not in given and node not in implicit:
         raise ParameterError(
             f'-p {override}: the scenario has no node {node!r}; it has '
             + ', '.join(n for n in given if n != WILDCARD)

@@ -127,3 +127,8 @@ def test_bad_input_raises_what_the_commands_report():
         simulate('exact', -1.0)
     with pytest.raises(EventregError, match='loss'):
         simulate('exact', 10.0, sampled=True, loss=2.0)
+
+
+def test_impairments_belong_to_a_sampled_simulation():
+    with pytest.raises(EventregError, match='add sampled=True'):
+        simulate('exact', 10.0, delay=0.6)

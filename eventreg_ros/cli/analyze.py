@@ -16,7 +16,7 @@ from ..analysis.verdict import EXIT_CODES, Report, Signals, judge, table
 from ..errors import BagError
 from ..parameters import TIME_SCALE
 from ..scenario import Scenario
-from .arguments import add_json, add_window, write_json, write_text
+from .arguments import add_json, add_window, need_writable, write_json, write_text
 
 if TYPE_CHECKING:
     from ..analysis.report import Run
@@ -36,15 +36,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Analyse the bag, print the table, and exit by the verdict."""
+    need_writable(args.json)
+    need_writable(args.report)
     analysis = analyse(args.bag, args.scenario, args.settle, args.window, args.namespace)
     report = analysis.report
+    print(table(report))
+    print(timing_table(report), flush=True)
     write_json(args.json, report)
     if args.report is not None:
         from ..analysis.report import render
 
         write_text(args.report, render(analysis.run(args.bag.resolve().name)))
-    print(table(report))
-    print(timing_table(report))
     return EXIT_CODES[report['verdict']]
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Mapping
+import os
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import scenario as scenarios
+from ..analysis.rejection import SETTLE, WINDOW
 from ..errors import EventregError
 from ..scenario import Scenario
 
@@ -23,9 +25,9 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def load_scenario(args: argparse.Namespace) -> Scenario:
-    """Read the scenario that :func:`add_scenario` asked for."""
-    return scenarios.load(args.scenario, args.overrides)
+def load_scenario(args: argparse.Namespace, implicit: Collection[str] = ()) -> Scenario:
+    """Read the scenario that :func:`add_scenario` asked for; see :func:`.scenario.load`."""
+    return scenarios.load(args.scenario, args.overrides, implicit)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -36,12 +38,12 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 def add_window(parser: argparse.ArgumentParser) -> None:
     """Add --settle and --window."""
     parser.add_argument(
-        '--settle', type=nonnegative, default=100.0, metavar='T',
-        help='model time before which nothing is counted (100)',
+        '--settle', type=nonnegative, default=SETTLE, metavar='T',
+        help=f'model time before which nothing is counted ({SETTLE:g})',
     )  # fmt: skip
     parser.add_argument(
-        '--window', type=nonnegative, default=5.0, metavar='T',
-        help='model time within which events of y and y_r match (5)',
+        '--window', type=nonnegative, default=WINDOW, metavar='T',
+        help=f'model time within which events of y and y_r match ({WINDOW:g})',
     )  # fmt: skip
 
 
@@ -67,6 +69,14 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def need_writable(path: Path | None) -> None:
+    """Raise EventregError when ``path`` cannot be written, before the work is done."""
+    if path is None:
+        return
+    if path.is_dir() or not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
+        raise EventregError(f'cannot write {path}; name another file, in a directory that is there')
 
 
 def write_json(path: Path | None, data: Mapping[str, Any]) -> None:

@@ -85,9 +85,7 @@ def _with_link(scenario: Scenario, signal: str, options: dict[str, Any], where: 
                 given[node][key] = [output if s == signal else s for s in inputs]
                 rewired += 1
     if not rewired:
-        raise ScenarioError(
-            f'{where}: no block listens to {signal!r}; leave the link out'
-        )
+        raise ScenarioError(f'{where}: no block listens to {signal!r}; leave the link out')
     given[name] = {'input': signal, 'output': output, **options}
     nodes = {node: resolve(node, values) for node, values in given.items()}
     return Scenario(scenario.name, nodes, given)

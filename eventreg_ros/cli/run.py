@@ -8,9 +8,18 @@ from pathlib import Path
 
 from ..analysis.verdict import EXIT_CODES, table
 from ..errors import EventregError, ros_is_missing
+from ..scenario import Scenario
 from . import live_timing
 from .analyze import report_on
-from .arguments import add_json, add_scenario, add_window, load_scenario, positive, write_json
+from .arguments import (
+    add_json,
+    add_scenario,
+    add_window,
+    load_scenario,
+    need_writable,
+    positive,
+    write_json,
+)
 from .impair import add_link, with_links
 from .main import fail
 from .session import Session
@@ -41,11 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, record, analyse; see the contract for the exit codes."""
-    scenario = with_links(load_scenario(args), args.links)
-    bag = args.bag or Path(time.strftime(f'eventreg_{scenario.name}_%Y_%m_%d-%H_%M_%S'))
-    if bag.exists():
-        raise EventregError(f'bag {bag} exists already; remove it or give another --bag')
-    need_rclpy()
+    scenario = with_links(load_scenario(args, ('spike_monitor', 'recorder')), args.links)
+    bag = args.bag or chosen_path(scenario)
+    check(scenario, bag, args.json)
     session = Session(scenario, bag, args.duration, lockstep=args.lockstep, composed=args.composed)
     session.perform()
     broken = '; '.join(session.troubles)
@@ -56,15 +63,34 @@ def main(args: argparse.Namespace) -> int:
             raise
         fail(f'{broken}; {error}')
         return BROKEN
-    write_json(args.json, report)
     print(f'bag: {bag}')
     print(table(report))
     if session.timing:
         print(live_timing.tables(session.timing, session.warnings))
+    write_json(args.json, report)
     if broken:
         fail(broken)
         return BROKEN
     return EXIT_CODES[report['verdict']]
+
+
+def chosen_path(scenario: Scenario) -> Path:
+    """Return the bag's path: the recorder's, where the scenario says one, else a dated name."""
+    given = scenario.nodes.get('recorder', {}).get('path')
+    return Path(given or time.strftime(f'eventreg_{scenario.name}_%Y_%m_%d-%H_%M_%S'))
+
+
+def check(scenario: Scenario, bag: Path, json: Path | None) -> None:
+    """Raise EventregError for what would fail only after the run."""
+    if 'y' not in scenario.publishers:
+        raise EventregError(f'scenario {scenario.name} has no plant to judge; name one')
+    _ = scenario.time_scale
+    if bag.exists():
+        raise EventregError(f'bag {bag} exists already; remove it or give another --bag')
+    home = next(parent for parent in bag.absolute().parents if parent.exists())
+    need_writable(home / bag.name)
+    need_writable(json)
+    need_rclpy()
 
 
 def need_rclpy() -> None:

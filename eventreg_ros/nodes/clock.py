@@ -19,8 +19,8 @@ from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS
 from .managed import OK, ManagedNode
 from .ros import run_node
 
-TICK = 0.001
-"""Seconds between looks at the wall clock, where a real-time factor holds the steps back."""
+TICK, IDLE = 0.001, 0.1
+"""Seconds between looks at the wall clock: where it holds the steps back, and where not."""
 
 
 class ClockNode(ManagedNode):
@@ -64,10 +64,15 @@ class ClockNode(ManagedNode):
         self.granted = self.told = -1
         self.paused = False
         self.allowance = 0
+        self._paced_from = 0
         self._begun = time.monotonic()
-        self._wall = self.create_timer(
-            TICK, self._move, clock=RosClock(clock_type=ClockType.STEADY_TIME)
-        )
+        self._wall = self._look_at_wall()
+        self._move()
+
+    def _look_at_wall(self) -> Any:
+        paced = self.values['real_time_factor'] or not self.reached
+        steady = RosClock(clock_type=ClockType.STEADY_TIME)
+        return self.create_timer(TICK if paced else IDLE, self._move, clock=steady)
 
     def end(self) -> None:
         """Grant nothing more."""
@@ -118,17 +123,16 @@ class ClockNode(ManagedNode):
         factor = self.values['real_time_factor'] or (0.0 if self.reached else 1.0)
         if factor:
             elapsed = time.monotonic() - self._begun
-            limit = min(limit, self._from + int(elapsed * factor * self.values['rate']))
+            limit = min(limit, self._paced_from + int(elapsed * factor * self.values['rate']))
         steps = int(self.values['steps'])
         return min(limit, steps) if steps else limit
-
-    @property
-    def _from(self) -> int:
-        return getattr(self, '_paced_from', 0)
 
     def _restart_pace(self) -> None:
         self._paced_from = max(self.granted, 0)
         self._begun = time.monotonic()
+        self.destroy_timer(self._wall)
+        self._wall = self._look_at_wall()
+        self._move()
 
     def _pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.paused = True

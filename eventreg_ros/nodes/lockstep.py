@@ -8,6 +8,7 @@ the node with a message that names the link.
 
 from __future__ import annotations
 
+import struct
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -30,13 +31,28 @@ GRANT, REACHED = 'lockstep/grant', 'lockstep/reached'
 REACHED_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-EVERY = 16
+EVERY = 64
 """A participant tells every so many steps how far it got, and where the grant ends."""
+
+_LITTLE, _BIG = struct.Struct('<4xd'), struct.Struct('>4xd')
+_CDR = struct.Struct('<4sd')
+_HEADER = bytes((0, 1, 0, 0))
 
 
 def number_of(info: dict[str, Any]) -> int:
     """Return the number of a sample, from 0, by its writer's count."""
     return int(info['publication_sequence_number']) - 1
+
+
+def packed(value: float) -> bytes:
+    """Return a Float64 message as CDR: half as dear as letting rclpy convert an object."""
+    return _CDR.pack(_HEADER, value)
+
+
+def unpacked(data: bytes) -> float:
+    """Return the value of a Float64 message in CDR, from a host of either byte order."""
+    value: float = (_LITTLE if data[1] else _BIG).unpack(data)[0]
+    return value
 
 
 class Participant:
@@ -77,6 +93,11 @@ class Participant:
         if n % EVERY == 0 or n == self.granted:
             self._tell(n)
 
+    def reach_all(self, n: int) -> None:
+        """Note that all samples up to ``n`` are made, and tell the clock."""
+        self.reached = n
+        self._tell(n)
+
     def _tell(self, n: int) -> None:
         stamp = Time(nanoseconds=self._grid.stamp(n)).to_msg()
         self._node.send(self._publisher, Header(stamp=stamp, frame_id=self._name))
@@ -114,7 +135,7 @@ class Lockstep:
             )
         node.published = True
         self.participant = Participant(node, self.go, node.missing)
-        self._put(node.first)
+        self._put(node.first())
         self.go()
 
     def end(self) -> None:
@@ -126,20 +147,18 @@ class Lockstep:
         node, granted = self._node, self.participant.granted
         if node.fault is not None:
             return
-        while self.n < granted and node.ready(self.n):
-            if not self._put(lambda: node.following(self.n)):
-                return
-
-    def _put(self, sample: Callable[[], float]) -> bool:
         try:
-            value = self._node.sound(sample())
+            while self.n < granted and node.ready(self.n):
+                self._put(node.following(self.n))
         except FaultError as fault:
-            self._node.break_off(str(fault))
-            return False
+            node.break_off(str(fault))
+
+    def _put(self, value: float) -> None:
+        node = self._node
+        data = packed(node.sound(value))
         self.n += 1
-        self._node.put(value)
+        node.send(node.publisher, data)
         self.participant.reach(self.n)
-        return True
 
     def report(self) -> tuple[bytes, str, dict[str, Any]]:
         """Return the step reached and the steps granted."""

@@ -9,7 +9,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -18,9 +17,7 @@ from ..errors import EventregError, ParameterError
 from ..parameter import ACTIVE, INACTIVE, UNCONFIGURED
 from ..parameters import NODES, resolve
 from .declare import declare, widen
-from .ros import with_info
-
-RCLError: type[Exception] = rclpy_implementation.RCLError
+from .ros import RCLError, with_info
 
 InfoCallback = Callable[[Any, dict[str, Any]], None]
 
@@ -58,6 +55,18 @@ class ManagedNode(LifecycleNode):
             1.0, self.publish_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
 
+    def _LifecycleNodeMixin__on_change_state(self, request: Any, response: Any) -> Any:  # noqa: N802
+        """Refuse a transition that the present state does not have; rclpy would end the node."""
+        try:
+            # The name is rclpy's private one: it has no other place at which to catch this.
+            return super()._LifecycleNodeMixin__on_change_state(request, response)  # type: ignore[misc]
+        except RCLError as error:
+            self.get_logger().warning(
+                f'transition refused, the node is {self.stage}: {str(error).split(",")[0]}'
+            )
+            response.success = False
+            return response
+
     # What a subclass says
 
     def open(self) -> None:
@@ -74,6 +83,9 @@ class ManagedNode(LifecycleNode):
 
     def changed(self) -> None:
         """Take over ``self.values`` after parameters were set."""
+
+    def verify(self, values: dict[str, Any]) -> None:
+        """Check what the table of parameters cannot. Raises ParameterError."""
 
     def report(self) -> tuple[bytes, str, dict[str, object]]:
         """Return level, message and values for the diagnostics of an active node."""
@@ -108,6 +120,7 @@ class ManagedNode(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start."""
+        self.fault = None
         super().on_activate(state)
         return self._attempt(self.begin, ACTIVE)
 
@@ -150,7 +163,8 @@ class ManagedNode(LifecycleNode):
             f"{reason}; now unconfigured: mend it, then 'ros2 lifecycle set "
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
         )
-        self.trigger_deactivate()
+        if self.stage == ACTIVE:
+            self.trigger_deactivate()
         self.publish_diagnostics()
 
     # Parameters
@@ -164,7 +178,7 @@ class ManagedNode(LifecycleNode):
                         f'{self.kind}.{name} can be set only while {self._settable[name]}, '
                         f'the node is {self.stage}'
                     )
-            resolve(self.kind, {**self.values, **values})
+            self.verify(resolve(self.kind, {**self.values, **values}))
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -19,6 +19,8 @@ _AWAKE = 500_000
 
 
 _TRIES = 10
+_LONG = 20_000_000
+"""Nanoseconds of a period from which on its phase is not worth waiting for."""
 
 
 class RealTime:
@@ -36,10 +38,11 @@ class RealTime:
         self.grid = Grid(self._rate)
         self._early = 0 if node.in_simulation_time else round(node.values['precision'] * SECOND)
         self._timer = node.create_timer(1.0 / self._rate, self._tick)
+        self._fractional = self.grid.period != int(self.grid.period)
         if not node.in_simulation_time:
             self._align()
-        start = round(node.values['start_time'] * SECOND)
-        self.origin = self.grid.after(max(self._now() + self._early, start - 1))
+        self._start = round(node.values['start_time'] * SECOND)
+        self.origin = self._first_instant()
         self.n = -1
         self.caught_up = self.dropped = self.clock_jumps = 0
         self.lateness = Tally()
@@ -54,7 +57,7 @@ class RealTime:
         rcl timers keep the phase in which they were reset. On a busy machine we may be put aside
         just then, so look, and try again.
         """
-        for _ in range(_TRIES):
+        for _ in range(_TRIES if self.grid.period < _LONG else 0):
             now = self._now()
             begin = self.grid.stamp(self.grid.after(now + self._early + _AWAKE)) - self._early
             time.sleep((begin - now - _AWAKE) / SECOND)
@@ -70,6 +73,11 @@ class RealTime:
         self._timer.cancel()
         self._node.destroy_timer(self._timer)
 
+    def _first_instant(self) -> int:
+        """Return the instant of sample 0; -1 while simulation time has not begun."""
+        now = self._now()
+        return self.grid.after(max(now + self._early, self._start - 1)) if now else -1
+
     def _now(self) -> int:
         return int(self._clock.now().nanoseconds)
 
@@ -80,6 +88,13 @@ class RealTime:
             while now < instant <= now + self._early:
                 now = self._now()
         self.now = now
+        if self.origin < 0:
+            self.origin = self._first_instant()
+            return
+        if self._fractional:
+            # rcl counts whole nanoseconds; the period after the next instant makes up for it.
+            k = self.grid.index(now)
+            self._timer.timer_period_ns = self.grid.stamp(k + 2) - self.grid.stamp(k + 1)
         due = self.grid.index(now) - self.origin
         if self.n >= 0 and due < self.n - self._rate:
             self.origin -= self.n - due
@@ -90,12 +105,13 @@ class RealTime:
             return
         if due <= self.n:
             return
+        late = now - self.grid.stamp(self.origin + (self.n + 1 if self.n >= 0 else due))
         try:
             self._node.put(self._until(due))
         except FaultError as fault:
             self._node.break_off(str(fault))
             return
-        self.lateness.add((now - self.grid.stamp(self.origin + self.n)) / SECOND)
+        self.lateness.add(late / SECOND)
         if self._now() > self.grid.stamp(self.origin + self.n + 1):
             self.overruns += 1
 

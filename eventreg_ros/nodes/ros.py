@@ -10,11 +10,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
 from ..errors import EventregError
+
+RCLError: type[Exception] = rclpy_implementation.RCLError
 
 _PR_SET_TIMERSLACK = 29
 _ENDING = (signal.SIGINT, signal.SIGTERM)
@@ -69,21 +73,15 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except Exception as error:
-        return _fail(str(error).split(', at ')[0])
+        return 0 if stopped else _fail(str(error).split(', at ')[0])
     nodes: list[Any] = []
     try:
-        executor = make_executor()
-        for make in makes:
-            nodes.append(make())
-            executor.add_node(nodes[-1])
-        for node in nodes:
-            node.start()
-        if not stopped:
-            spin(executor)
-    except ExternalShutdownException:
-        pass
-    except EventregError as error:
+        _live(nodes, makes, stopped)
+    except (EventregError, InvalidParameterTypeException) as error:
         return _fail(str(error))
+    except RCLError:
+        if not stopped:  # a signal shut the context down under a call that was on its way
+            raise
     finally:
         for node in nodes:
             node.close()
@@ -92,6 +90,21 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
         for each in _ENDING:
             signal.signal(each, signal.SIG_IGN)
     return 0
+
+
+def _live(nodes: list[Any], makes: Sequence[Callable[[], Any]], stopped: list[int]) -> None:
+    """Make the nodes, put them on ``nodes``, start them, and spin until the context ends."""
+    executor = make_executor()
+    for make in makes:
+        nodes.append(make())
+        executor.add_node(nodes[-1])
+    try:
+        for node in nodes:
+            node.start()
+        if not stopped:
+            spin(executor)
+    except ExternalShutdownException:
+        pass
 
 
 def _wake_promptly() -> None:

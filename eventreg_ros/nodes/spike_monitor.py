@@ -80,9 +80,6 @@ class SpikeMonitor(ManagedNode):
     def _missing(self, n: int) -> list[str]:
         return [signal for signal, seen in self.seen.items() if seen <= n]
 
-    def changed(self) -> None:
-        """Look for the next event with the new threshold and reset; counts go on."""
-
     def _restart(self) -> None:
         threshold, reset = self.values['threshold'], self.values['reset']
         self.detectors = {s: EventDetector(threshold, reset) for s in self.values['signals']}

@@ -16,6 +16,10 @@ class StimulusNode(SignalNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('stimulus', **kwargs)
 
+    def verify(self, values: dict[str, Any]) -> None:
+        """Refuse a file that cannot be read."""
+        Stimulus.from_parameters(values)
+
     def open(self) -> None:
         """Read the waveform, so that a bad file is refused before anything starts."""
         self.waveform = Stimulus.from_parameters(self.values)

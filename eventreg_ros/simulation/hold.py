@@ -13,10 +13,9 @@ HOLDS = ('zero', 'linear')
 HORIZON = 0.4
 """Model time over which a line is drawn onwards; beyond it, or after a wider gap, it is held.
 
-Delays are physical, so this is a time and not a number of steps. Measured (docs/delays.md): 0.4
-raises the delay that the mismatched loop bears; with 0.8 its state goes out of all bounds.
+Delays are physical, so this is a time and not a number of steps. docs/delays.md says what it buys
+and why it is not longer.
 """
-
 
 REACH = 1.0
 """How far the line of a late sample may lead from it, in the signal's unit (spikes are 4 high).

@@ -15,6 +15,12 @@ KEPT = 256
 SNAP = 0.25
 """A stamp that is late by less than this part of a step belongs to the instant before it."""
 
+CLOSEST = 0.5
+"""Samples closer than this part of a step make no line: two writers, or a burst after a pause."""
+
+RESTART = 1.0
+"""Seconds back from which on a stamp is not out of order: the clock itself went back."""
+
 GAP = 1.8
 """An interval of this many usual periods or more is a gap."""
 
@@ -58,10 +64,13 @@ class Samples:
             return False
         if self._kept:
             since = (stamp - self._kept[-1][0]) / SECOND
-            if since <= 0.0:
+            if since < -RESTART:
+                self._kept.clear()
+            elif since <= 0.0:
                 self.out_of_order += 1
                 return False
-            self._note_period(since)
+            else:
+                self._note_period(since)
         self.received += 1
         self._kept.append((stamp, value))
         return True
@@ -100,7 +109,7 @@ class Samples:
             return line(newest, newest, age, 1.0, 0.0)
         before, previous = kept[i - 1]
         gap = -age - _on_grid((before - start) / period)
-        if gap <= 0.0:
+        if gap < CLOSEST:
             return line(newest, newest, age, 1.0, 0.0)
         return line(newest, previous, age, gap, horizon)
 

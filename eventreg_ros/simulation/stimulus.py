@@ -100,7 +100,7 @@ def read_points(path: str) -> tuple[tuple[float, float], ...]:
     """
     points: list[tuple[float, float]] = []
     try:
-        with open(path, newline='') as file:
+        with open(path, newline='', encoding='utf-8-sig') as file:
             for number, row in enumerate(csv.reader(file), 1):
                 if not row or (number == 1 and row[0].strip() == 't'):
                     continue

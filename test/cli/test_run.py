@@ -50,7 +50,7 @@ def test_the_verdict_over_real_topics_is_that_of_the_paper(
 
 
 def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, children, tmp_path):
-    process = run('exact', '--duration', '8', '--bag', 'bag')
+    process = run('exact', '--duration', '8', '--bag', 'bag', '-p', 'recorder.storage:=sqlite3')
     assert 'ROS_DOMAIN_ID' in process.stdout.readline()
     assert '0.0 of 8 s' in process.stdout.readline()
     assert 'of 8 s' in process.stdout.readline()  # five seconds on, all signals are there
@@ -61,6 +61,7 @@ def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, children, tmp_pa
     assert 'Traceback' not in err
     assert 'bag: bag' in out
     assert (tmp_path / 'bag' / 'metadata.yaml').exists()
+    assert (tmp_path / 'bag' / 'bag.db3').exists()
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -102,6 +103,10 @@ def test_the_nodes_of_a_killed_run_end_with_it(run, children):
         (['exact', '--bag', 'there'], 'exists already'),
         (['exact', '--duration', '-3'], 'finite number > 0'),
         (['exact', '--duration', 'long'], 'finite number > 0'),
+        (['exact', '-p', 'plant.time_scale:=5'], 'the same time_scale'),
+        (['exact', '--json', 'no/such/file'], 'name another file'),
+        (['exact', '-p', 'recorder.storage:=tape'], 'one of mcap, sqlite3'),
+        (['lonely.yaml'], 'no plant'),
         ([], 'SCENARIO'),
     ],
 )
@@ -109,6 +114,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, arguments, words):
     (tmp_path / 'tab.yaml').write_text('plant:\n\tros__parameters: {}\n')
     (tmp_path / 'list.yaml').write_text('plant:\n  ros__parameters:\n    k: [1.0]\n')
     (tmp_path / 'there').mkdir()
+    (tmp_path / 'lonely.yaml').write_text('exosystem:\n  ros__parameters: {}\n')
     process = run(*arguments)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 2

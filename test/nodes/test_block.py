@@ -6,6 +6,8 @@ from functools import partial
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
@@ -193,7 +195,7 @@ def test_a_late_timer_is_caught_up(bench):
 
 
 def test_a_long_pause_is_caught_up_only_so_far_and_told(bench):
-    node = bench.add(EXOSYSTEM, 'max_catch_up:=0.05')
+    node = bench.add(EXOSYSTEM, 'max_catch_up:=0.05', 'late_warn:=1.0e6')
     bench.until(lambda: node.n > 5)
     origin = node.pace.origin
     time.sleep(0.3)
@@ -221,3 +223,59 @@ def test_diagnostics_come_once_a_second_in_every_state(bench):
     bench.until(lambda: 'unconfigured' in states())
     node.start()
     bench.until(lambda: 'active' in states())
+
+
+def test_a_transition_that_the_state_does_not_have_is_refused_and_the_node_lives(bench):
+    node = bench.add(PLANT)
+    client = bench.peer.create_client(ChangeState, '/plant/change_state')
+    bench.until(client.service_is_ready)
+
+    def ask(number):
+        request = ChangeState.Request(transition=Transition(id=number))
+        future = client.call_async(request)
+        bench.until(future.done)
+        return future.result().success
+
+    assert not ask(Transition.TRANSITION_ACTIVATE)
+    assert not ask(Transition.TRANSITION_CONFIGURE)
+    n = node.n
+    bench.until(lambda: node.n > n)
+    assert ask(Transition.TRANSITION_DEACTIVATE)
+
+
+def test_two_publishers_of_one_input_are_told(bench):
+    node = bench.add(PLANT)
+    first, second = (bench.peer.create_publisher(Float64, 'w', 10) for _ in range(2))
+    bench.until(lambda: node.subscriptions_by_input['w'].get_publisher_count() == 2)
+    level, message, _ = node.report()
+    assert level == DiagnosticStatus.WARN
+    assert 'w' in message
+    bench.peer.destroy_publisher(first)
+    bench.peer.destroy_publisher(second)
+
+
+def test_a_delay_near_the_margin_is_a_warning_in_those_words(bench):
+    node = bench.add(PLANT, 'delay_margin:=0.5')
+    node.samples[0].received = 1
+    node.delays[0].add(0.045)  # seconds; 0.45 of model time
+    level, message, _ = node.report()
+    assert level == DiagnosticStatus.WARN
+    assert 'comes near the delay margin of the scenario (0.5)' in message
+    node.delays[0].add(0.055)
+    assert node.report()[0] == DiagnosticStatus.ERROR
+
+
+@pytest.mark.parametrize('rate', [300.0, 1500.0])
+def test_a_period_of_no_whole_nanoseconds_does_not_drift_off_the_grid(bench, rate):
+    node = bench.add(EXOSYSTEM, f'rate:={rate}')
+    timer, pace = node.pace._timer, node.pace
+    bench.until(lambda: node.n > 20)
+    periods = set()
+
+    def watch():
+        periods.add(timer.timer_period_ns)
+        return len(periods) > 1
+
+    bench.until(watch)
+    grid = {pace.grid.stamp(k + 1) - pace.grid.stamp(k) for k in range(10)}
+    assert periods <= grid

@@ -97,3 +97,15 @@ def test_the_recorder_keeps_values_and_the_time_of_sending(bench, tmp_path, stor
 def test_the_recorder_refuses_a_bag_that_exists(bench, tmp_path):
     with pytest.raises(EventregError, match='exists already'):
         bench.add(Recorder, f'path:={tmp_path}')
+
+
+def test_a_file_that_cannot_be_read_is_refused_and_changes_nothing(bench, tmp_path):
+    node = bench.add(StimulusNode)
+    node.trigger_deactivate()
+    missing = str(tmp_path / 'none.csv')
+    assert node.set_parameters([Parameter('file', value=missing)])[0].successful
+    result = node.set_parameters([Parameter('waveform', value='csv')])[0]
+    assert not result.successful
+    assert 'none.csv' in result.reason
+    assert node.values['waveform'] == 'constant'
+    assert node.get_parameter('waveform').value == 'constant'

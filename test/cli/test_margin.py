@@ -1,0 +1,128 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+from eventreg_ros.cli.main import main
+
+QUICK = ['--duration', '200', '--seeds', '2', '--rate', '100']
+COARSE = ['--duration', '200', '--seeds', '2', '--rate', '20']
+
+
+def run(*words):
+    return main(['margin', *map(str, words)])
+
+
+def test_the_table_and_the_json_say_the_same(tmp_path, capsys):
+    file = tmp_path / 'm.json'
+    assert run('linear', *QUICK, '-p', '/**.time_scale:=5', '--json', file) == 0
+    out, err = capsys.readouterr()
+    assert err == ''
+    report = json.loads(file.read_text())
+    assert report.pop('holds').keys() == {'zero', 'linear'}
+    assert report == {
+        'scenario': 'linear', 'time_scale': 5.0, 'duration': 200.0, 'settle': 100.0,
+        'window': 5.0, 'seeds': 2,
+    }  # fmt: skip
+    holds = json.loads(file.read_text())['holds']
+    zero = holds['zero']['delay']
+    assert zero['h'] == zero['resolution'] == 0.05
+    assert zero['milliseconds'] == pytest.approx(1000.0 * zero['largest'] / 5.0)
+    assert holds['zero']['loss']['milliseconds'] is None
+    rows = dict(line.split(maxsplit=1) for line in out.splitlines()[2:])
+    assert list(rows) == ['delay', 'loss', 'jitter']
+    for kind, row in rows.items():
+        for hold in holds.values():
+            assert f'{hold[kind]["largest"]:g}' in row.split()
+    assert f'({zero["milliseconds"]:g} ms)' in rows['delay']
+
+
+def test_runs_and_their_pictures_are_the_same_twice(tmp_path, capsys):
+    found = []
+    for name in ('a', 'b'):
+        picture, file = tmp_path / f'{name}.svg', tmp_path / f'{name}.json'
+        assert (
+            run('linear', *COARSE, '-p', '/**.time_scale:=4', '--plot', picture, '--json', file)
+            == 0
+        )
+        found.append((picture.read_bytes(), file.read_text(), capsys.readouterr().out))
+    assert found[0] == found[1]
+    shown = json.loads(found[0][1])['map']
+    assert set(shown) == {'rate', 'h', 'delays', 'losses', 'rejected'}
+    for share in shown['rejected'].values():
+        assert len(share) == len(shown['losses'])
+        assert {len(row) for row in share} == {len(shown['delays'])}
+        assert share[0][0] == 1.0
+
+
+@pytest.mark.parametrize('kind', ['png', 'pdf'])
+def test_the_suffix_is_the_format(tmp_path, kind, monkeypatch):
+    monkeypatch.setattr('eventreg_ros.cli.margin.find_spec', lambda name: None)  # the smaller map
+    file = tmp_path / f'm.{kind}'
+    assert run('uncontrolled', *COARSE, '--plot', file) == 0
+    assert file.read_bytes()[:4] == {'png': b'\x89PNG', 'pdf': b'%PDF'}[kind]
+
+
+def test_no_margin_is_an_answer(tmp_path, capsys):
+    file = tmp_path / 'm.json'
+    assert run('uncontrolled', *QUICK, '--json', file) == 0
+    out = capsys.readouterr().out
+    assert out.splitlines()[-1].startswith('none: the verdict is not rejected even without')
+    holds = json.loads(file.read_text())['holds']
+    assert {x['largest'] for hold in holds.values() for x in hold.values()} == {None}
+
+
+def test_a_loop_that_bears_all_that_is_tried(capsys):
+    # a plant that hears nothing does not spike, however late it hears it
+    assert run('uncontrolled', *COARSE, '-p', 'plant.excitatory:=[]') == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert '>= 2 (200 ms)' in rows[2]
+    assert rows[-1] == '>=: nothing failed as far as was searched'
+
+
+def test_progress_is_one_line_on_a_terminal(capsys, monkeypatch):
+    monkeypatch.setattr('sys.stderr.isatty', lambda: True)
+    run('uncontrolled', *QUICK)
+    err = capsys.readouterr().err
+    assert '\n' not in err
+    assert 'zero hold, delay 0: not rejected' in err
+    assert err.split('\r')[-1] == '\x1b[K'
+
+
+@pytest.mark.parametrize(
+    ('words', 'says'),
+    [
+        (['quiescent'], 'scenario quiescent has no verdict'),
+        (['exact', '--duration', '120'], 'take a longer --duration'),
+        (['exact', '--seeds', '0'], 'must be a whole number >= 1'),
+        (['exact', '--rate', '0'], 'must be a finite number > 0'),
+        (['exact', '--rate', '1e9'], 'shorter duration'),
+        (['exact', '--plot', 'x.gif'], '--plot must end in .pdf, .svg, .png'),
+        (['exact', '--plot', 'png'], '--plot must end in'),
+        (['exact', '--plot', '/nowhere/x.png'], 'no directory /nowhere'),
+        (['exact', '-p', 'plant.rate:=50'], 'must have the same rate'),
+        (['exact', '-p', 'plant.output:=z'], 'no samples of y'),
+        (['uncontrolled', *QUICK, '--json', '/nowhere/x.json'], 'cannot write /nowhere/x.json'),
+        (['nonsense'], 'no scenario'),
+    ],
+)
+def test_bad_input_is_one_line_and_2(words, says, capsys):
+    try:
+        code = run(*words)
+    except SystemExit as stop:
+        code = stop.code
+    out, err = capsys.readouterr()
+    assert (code, out) == (2, '')
+    assert says in err
+    assert err.count('\n') == 1
+
+
+def test_it_imports_neither_ros_nor_what_it_does_not_use():
+    code = (
+        'import sys; from eventreg_ros.cli.main import main; '
+        "main(['margin', 'uncontrolled', '--duration', '200', '--rate', '100']); "
+        "sys.exit(bool({'numba', 'rclpy', 'matplotlib', 'scipy'} & set(sys.modules)))"
+    )
+    result = subprocess.run([sys.executable, '-c', code], stdout=subprocess.DEVNULL, check=False)
+    assert result.returncode == 0

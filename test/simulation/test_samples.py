@@ -1,0 +1,94 @@
+"""Samples by time stamp: which one a step uses, and what is counted."""
+
+import math
+
+import pytest
+
+from eventreg_ros.simulation.grid import SECOND, Grid
+from eventreg_ros.simulation.samples import CLOSEST, Samples
+from eventreg_ros.simulation.tally import Tally
+
+PERIOD = 5_000_000
+TIMEOUT = 0.5 * SECOND
+
+
+def samples(*pairs):
+    found = Samples()
+    for stamp, value in pairs:
+        found.push(round(stamp * PERIOD), value)
+    return found
+
+
+def over(found, n, horizon=8.0):
+    return found.over(n * PERIOD, float(PERIOD), TIMEOUT, horizon)
+
+
+def test_peers_on_the_grid_give_the_line_of_lockstep_when_they_are_a_little_late():
+    found = samples((3.0, 0.2), (4.2, 0.5), (5.1, 9.0))
+    assert over(found, 4) == (0.5, 0.5 - 0.2)
+
+
+def test_a_sample_of_the_next_instant_waits_for_the_next_step():
+    found = samples((3.02, 0.2), (4.02, 0.5), (5.02, 9.0))
+    assert over(found, 4, 0.0) == (0.5, 0.0)
+    assert over(found, 5, 0.0) == (9.0, 0.0)
+
+
+def test_a_late_sample_is_drawn_on_to_the_instant_that_needs_it():
+    found = samples((1.0, 0.2), (2.0, 0.3))
+    base, slope = over(found, 4)
+    assert (base, slope) == (pytest.approx(0.5), pytest.approx(0.1))
+
+
+def test_no_sample_and_a_silent_input():
+    assert over(Samples(), 4) is None
+    assert over(samples((0.0, 1.0)), 99, 0.0) == (1.0, 0.0)
+    assert over(samples((0.0, 1.0)), 101, 0.0) is None
+
+
+def test_samples_too_close_together_make_no_line():
+    found = samples((4.3, 1.0), (4.3 + CLOSEST / 2, -1.0))
+    assert over(found, 4)[1] == 0.0
+
+
+def test_what_is_counted():
+    found = Samples()
+    assert found.push(10, 1.0, 0)
+    assert not found.push(10, 1.0, 0), 'twice'
+    assert not found.push(9, 1.0, 1), 'overtaken'
+    assert not found.push(20, math.nan, 2)
+    assert found.push(30, 2.0, 5)
+    assert (found.received, found.out_of_order, found.not_finite, found.lost) == (2, 2, 1, 2)
+
+
+def test_gaps_are_intervals_of_almost_two_periods():
+    found = samples(*((n, 0.0) for n in range(10)), *((n, 0.0) for n in range(11, 20)))
+    assert found.gaps == 1
+
+
+def test_a_clock_that_went_back_starts_afresh():
+    found = Samples()
+    found.push(100 * SECOND, 1.0)
+    assert found.push(10 * SECOND, 2.0)
+    assert found.over(10 * SECOND, float(PERIOD), TIMEOUT, 0.0) == (2.0, 0.0)
+
+
+@pytest.mark.parametrize('rate', [200.0, 1000.0, 300.0, 1500.0, 7.3, 0.5])
+def test_the_grid_neither_drifts_nor_loses_an_instant(rate):
+    grid = Grid(rate)
+    start = grid.after(1_790_000_000 * SECOND)
+    for k in range(start, start + 1000):
+        assert grid.index(grid.stamp(k)) == k
+        assert grid.index(grid.stamp(k) - 1) == k - 1
+        assert grid.stamp(k) == pytest.approx(k * SECOND / rate, rel=1e-15, abs=1.0)
+
+
+def test_a_tally_is_right_to_five_per_cent():
+    tally = Tally()
+    for n in range(1, 10001):
+        tally.add(n * 1e-6)
+    assert tally.percentile(50) == pytest.approx(5e-3, rel=0.05)
+    assert tally.percentile(99) == pytest.approx(9.9e-3, rel=0.05)
+    assert tally.largest == 1e-2
+    assert tally.take_recent() == 1e-2
+    assert tally.take_recent() == 0.0
