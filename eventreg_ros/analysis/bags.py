@@ -309,9 +309,10 @@ class BagWriter:
                 self._writer.write(connection, stamp, data)
 
     def _append(self, connections: list[Any], rows: list[tuple[int, tuple[bytes, ...]]]) -> None:
-        """Do what rosbags' write does for each message of an MCAP file, six times as fast."""
+        """Do what rosbags' write does for each message of an MCAP file, three times as fast."""
         writer, storage = self._writer, cast('Any', self._writer.storage)
-        chunk, pieces = storage.chunk, []
+        chunk = storage.chunk
+        pieces: list[bytes] = []
         at = chunk.bio.tell()
         indices = [(c.id, chunk.msgs[c.id]) for c in connections]
         for stamp, row in rows:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..models import Model, Params, State
 from .hold import drive, horizon_in_steps
-from .step import make_step
+from .step import Compile, make_step, plain
+
+Advance = Callable[[State, Any, Any, Any, Params, float], tuple[State, float]]
 
 
 @dataclass(frozen=True)
@@ -39,11 +42,32 @@ class BlockSpec:
         return horizon_in_steps(self.hold, self.h)
 
 
+def make_advance(model: Model, compile: Compile = plain) -> Advance:
+    """Return ``advance(x, sign, base, slope, p, h) -> (x, y)``, one step of a block.
+
+    The inputs have the signs ``sign`` and lie on the lines (``base``, ``slope``), each with one
+    entry per input; see :mod:`.hold`. ``compile`` is applied to every function on the way.
+    """
+    step = make_step(model.rhs, model.dimension, compile)
+    output, add_up = compile(model.output), compile(drive)
+
+    def advance(
+        x: State, sign: Any, base: Any, slope: Any, p: Params, h: float
+    ) -> tuple[State, float]:
+        d0 = add_up(sign, base, slope, 0.0)
+        dm = add_up(sign, base, slope, 0.5)
+        d1 = add_up(sign, base, slope, 1.0)
+        x = step(x, d0, dm, d1, p, h)
+        return x, output(x, d1, p)
+
+    return compile(advance)  # type: ignore[no-any-return]
+
+
 class Block:
     """The state of a block and the one way to move it on, as a node does it."""
 
     def __init__(self, spec: BlockSpec) -> None:
-        self._step = make_step(spec.model.rhs, spec.model.dimension)
+        self._advance = make_advance(spec.model)
         self.retune(spec)
         self.reset()
 
@@ -51,6 +75,7 @@ class Block:
         """Take over other parameters, same model, and go on from the present state."""
         self.spec = spec
         self._sign = tuple(sign for _, sign in spec.inputs)
+        self._h = spec.h
 
     def reset(self) -> None:
         """Go back to the initial state, before any input has come (all inputs 0)."""
@@ -62,10 +87,5 @@ class Block:
 
         Both have one entry per input of the spec, in its order; see :mod:`.hold`.
         """
-        spec, sign = self.spec, self._sign
-        d0 = drive(sign, base, slope, 0.0)
-        dm = drive(sign, base, slope, 0.5)
-        d1 = drive(sign, base, slope, 1.0)
-        self.x = self._step(self.x, d0, dm, d1, spec.params, spec.h)
-        self.y = spec.model.output(self.x, d1, spec.params)
+        self.x, self.y = self._advance(self.x, self._sign, base, slope, self.spec.params, self._h)
         return self.y

@@ -1,7 +1,7 @@
 """The closed loop, sample by sample: one implementation, plain Python or compiled by numba.
 
-It is put together from the very functions that a node calls (:func:`.step.make_step`,
-:func:`.hold.line`, :func:`.hold.drive`, the models' outputs), so it gives the same bits. It knows
+It is put together from the very functions that a node calls (:func:`.block.make_advance`,
+:func:`.hold.line`), so it gives the same bits. It knows
 nothing of delay or loss: two tables tell it which samples each link has at each step.
 """
 
@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from ..models import Model, Params
-from .hold import drive, line
-from .step import make_step
+from .block import make_advance
+from .hold import line
+from .step import Compile, plain
 
 NOBODY = -1
 """The source of an input that nobody publishes."""
@@ -58,15 +59,10 @@ class Tables(NamedTuple):
     h: float
 
 
-Compile = Callable[[Any], Any]
 Kernel = Callable[[Any, Any, Tables], Any]
 
 
-def _plain(function: Any) -> Any:
-    return function
-
-
-def make_kernel(parts: Sequence[Part], compile: Compile = _plain) -> Kernel:
+def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
     """Return ``run(states, tunings, tables) -> states``: fills ``tables.samples`` from sample 1 on.
 
     ``states`` and ``tunings`` have one entry per part, nested as :func:`nest` does it. ``compile``
@@ -149,16 +145,12 @@ def _make_lines(receives: Sequence[Any], compile: Compile) -> Any:
 
 def _make_advance(part: Part, lines: Any, compile: Compile) -> Any:
     """Return ``advance(n, x, tuning, tables) -> x``, one block from t_n to t_(n+1)."""
-    step = make_step(part.model.rhs, part.model.dimension, compile)
-    output, add_up, row = compile(part.model.output), compile(drive), part.row
+    move, row = make_advance(part.model, compile), part.row
 
     def advance(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
         base, slope = lines(n, tuning.horizon, tables)
-        d0 = add_up(tuning.sign, base, slope, 0.0)
-        dm = add_up(tuning.sign, base, slope, 0.5)
-        d1 = add_up(tuning.sign, base, slope, 1.0)
-        x = step(x, d0, dm, d1, tuning.params, tables.h)
-        tables.samples[row * (tables.steps + 1) + n + 1] = output(x, d1, tuning.params)
+        x, y = move(x, tuning.sign, base, slope, tuning.params, tables.h)
+        tables.samples[row * (tables.steps + 1) + n + 1] = y
         return x
 
     return compile(advance)

@@ -12,6 +12,7 @@ from typing import Any
 
 from ..models.model import Params, Rhs, State
 
+Compile = Callable[[Any], Any]
 Step = Callable[[State, float, float, float, Params, float], State]
 
 
@@ -50,11 +51,12 @@ def _mean_4(a: State, b: State, c: State, d: State) -> State:
 _ALGEBRA = {1: (_add_1, _mean_1), 2: (_add_2, _mean_2), 4: (_add_4, _mean_4)}
 
 
-def _plain(function: Any) -> Any:
+def plain(function: Any) -> Any:
+    """Return ``function`` as it is, where others compile it."""
     return function
 
 
-def make_step(rhs: Rhs, dimension: int, compile: Callable[[Any], Any] = _plain) -> Step:
+def make_step(rhs: Rhs, dimension: int, compile: Compile = plain) -> Step:
     """Return ``step(x, d0, dm, d1, p, h) -> x``, one classical RK4 step of length ``h``.
 
     ``d0``, ``dm`` and ``d1`` are the drive at the start, the middle and the end of the step; ``h``
