@@ -31,12 +31,18 @@ from eventreg_ros.simulation.wire import Impairment
 BLOCKS = ('exosystem', 'plant', 'controller')
 """The hosts, by the block that runs there; the last one records and analyses."""
 
-QOS = ('reliable', 'quick repair', 'best effort')
-"""As it comes; reliable with a heartbeat every 10 ms; best effort between the blocks."""
-
-PROFILE = Path(__file__).resolve().parent.parent / 'config' / 'quick_repair.xml'
-BEST_EFFORT = ('plant./w', 'plant./u', 'controller./y')
-"""Inputs that are subscribed to as best effort; the recorder's stay reliable."""
+QOS: dict[str, tuple[str, ...]] = {
+    'reliable': (),
+    'depth 10': tuple(
+        f'{node}.qos_overrides./{signal}.publisher.depth:=10'
+        for node, signal in (('exosystem', 'w'), ('plant', 'y'), ('controller', 'u'))
+    ),
+    'best effort': tuple(
+        f'{node}.qos_overrides./{signal}.subscription.reliability:=best_effort'
+        for node, signal in (('plant', 'w'), ('plant', 'u'), ('controller', 'y'))
+    ),
+}
+"""Overrides of the scenario, by name; with best effort the recorder's inputs stay reliable."""
 
 SHORT = {'duration': 17.0, 'settle': 40.0}
 """Seconds, and model time: the shortest run that holds three events of w after settling."""
@@ -54,15 +60,6 @@ class HostProcesses(Processes):
     def start(self, name: str, command: Sequence[str], environment: dict[str, str]) -> None:
         """Start ``command`` on the host of ``name``."""
         super().start(name, [*self._prefixes.get(name, ()), *command], environment)
-
-
-def overrides(hold: str, qos: str) -> list[str]:
-    """Return the overrides of the scenario for a hold and a quality of service."""
-    found = [f'/**.hold:={hold}']
-    for subscription in BEST_EFFORT if qos == 'best effort' else ():
-        node, _, topic = subscription.partition('.')
-        found.append(f'{node}.qos_overrides.{topic}.subscription.reliability:=best_effort')
-    return found
 
 
 def conduct(order: dict[str, Any]) -> dict[str, Any]:
@@ -91,7 +88,7 @@ def run(
 ) -> dict[str, Any]:
     """Run ``scenario`` on ``hosts`` and return the report. Raises EventregError when it cannot."""
     order = {
-        'scenario': scenario, 'overrides': overrides(hold, qos), 'duration': duration,
+        'scenario': scenario, 'overrides': [f'/**.hold:={hold}', *QOS[qos]], 'duration': duration,
         'settle': settle, 'window': 5.0,
         'prefixes': {name: hosts.within(name) for name in BLOCKS[:-1]},
     }  # fmt: skip
@@ -102,8 +99,6 @@ def run(
         'ROS_DOMAIN_ID': '1',
         'PYTHONUNBUFFERED': '1',
     }
-    if qos == 'quick repair':
-        environment['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(PROFILE)
     hosts.impair(Impairment(order='any'))
     with tempfile.TemporaryFile('w+') as errors:
         child = subprocess.Popen(
@@ -135,7 +130,7 @@ def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument('--scenario', default='exact', help='(exact)')
     parser.add_argument('--hold', default='linear', choices=('linear', 'zero'), help='(linear)')
-    parser.add_argument('--qos', nargs='+', default=QOS, choices=QOS)
+    parser.add_argument('--qos', nargs='+', default=list(QOS), choices=list(QOS))
     parser.add_argument('--delay', nargs='+', type=float, default=DELAYS, help='one way, ms')
     parser.add_argument('--loss', nargs='+', type=float, default=LOSSES, help='of datagrams')
     parser.add_argument('--jitter', type=float, default=0.0, help='ms (0)')
