@@ -149,7 +149,7 @@ def test_deactivated_it_is_silent_and_loses_what_is_in_flight(line):
     ('parameters', 'words'),
     [
         (['input:=u', 'output:=u'], 'different signals'),
-        (['input:=no topic'], 'link.input must name topics'),
+        (['input:=no topic'], 'link.input must name relative topics'),
         (['delay:=-1'], 'link.delay must be a finite number >= 0'),
         (['duplicate:=2.0'], 'link.duplicate must be a finite number >= 0 and <= 1'),
         (['seed:=-1'], 'link.seed must be a whole number >= 0'),
