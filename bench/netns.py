@@ -13,11 +13,9 @@ Needs Linux, iproute2, util-linux, and root or user namespaces.
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import select
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -30,13 +28,15 @@ from eventreg_ros.simulation.wire import Impairment, Wire
 INSIDE = 'EVENTREG_NETNS'
 """Environment variable that tells a process that it is the switch already."""
 
+MORTAL = ['setpriv', '--pdeathsig', 'KILL', '--']
+"""The beginning of a command that is to end with its parent, however that ends."""
+
 SUBNET = '10.77.0'
 VNET_HEADER = 10
 """Bytes before each frame that carry the checksum's state, which veth leaves to the hardware."""
 FRAME = 1 << 17
 
 SOL_PACKET, PACKET_VNET_HDR, PACKET_IGNORE_OUTGOING, ETH_P_ALL = 263, 15, 23, 3
-PR_SET_PDEATHSIG = 1
 
 
 def enter() -> None:
@@ -59,7 +59,8 @@ def unshare() -> list[str]:
 
 def unavailable() -> str | None:
     """Say why this machine cannot have such hosts, or return None."""
-    missing = [tool for tool in ('ip', 'tc', 'unshare', 'nsenter') if shutil.which(tool) is None]
+    tools = ('ip', 'tc', 'unshare', 'nsenter', 'setpriv')
+    missing = [tool for tool in tools if shutil.which(tool) is None]
     if missing:
         return f'needs {", ".join(missing)}: apt-get install iproute2 util-linux'
     probe = 'ip link add one type veth peer name two && mount -t tmpfs none /dev/shm'
@@ -109,8 +110,8 @@ class Hosts:
         """Create a namespace that holds its own interface and its own shared memory."""
         hold = 'mount -t tmpfs none /dev/shm && echo && exec sleep infinity'
         holder = subprocess.Popen(
-            ['unshare', '--net', '--mount', '--propagation', 'private', 'sh', '-c', hold],
-            stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, preexec_fn=end_with_parent,
+            [*MORTAL, 'unshare', '--net', '--mount', '--propagation', 'private', 'sh', '-c', hold],
+            stdout=subprocess.PIPE, stdin=subprocess.DEVNULL,
         )  # fmt: skip
         self._holders[name] = holder
         assert holder.stdout is not None
@@ -134,9 +135,18 @@ class Hosts:
         ip(*(f'link set to_{name} master bridge' for name in self.addresses))
 
     def within(self, name: str) -> list[str]:
-        """Return the beginning of a command that is to run on host ``name``."""
+        """Return the beginning of a command that is to run on host ``name`` and end with us."""
         holder = str(self._holders[name].pid)
-        return ['nsenter', '--target', holder, '--net', '--mount', f'--wd={os.getcwd()}', '--']
+        return [
+            *MORTAL,
+            'nsenter',
+            '--target',
+            holder,
+            '--net',
+            '--mount',
+            f'--wd={os.getcwd()}',
+            '--',
+        ]
 
     def impair(self, impairment: Impairment) -> None:
         """Impair what every host gets from the others, from now on."""
@@ -173,11 +183,6 @@ def ip(*lines: str, inside: Sequence[str] = ()) -> None:
     done = subprocess.run(command, input='\n'.join(lines), capture_output=True, text=True)
     if done.returncode:
         raise OSError(f'ip: {done.stderr.strip()}')
-
-
-def end_with_parent() -> None:
-    """Ask for SIGKILL when the parent dies."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class Switch(threading.Thread):
@@ -282,9 +287,7 @@ def round_trips(hosts: Hosts, one: str, other: str, count: int) -> list[list[flo
     import json
 
     python = [sys.executable, '-S', '-c']
-    echo = subprocess.Popen(
-        [*hosts.within(other), *python, ECHO], stdout=subprocess.PIPE, preexec_fn=end_with_parent
-    )
+    echo = subprocess.Popen([*hosts.within(other), *python, ECHO], stdout=subprocess.PIPE)
     try:
         assert echo.stdout is not None
         echo.stdout.readline()

@@ -129,7 +129,8 @@ import netns
 
 netns.enter()
 with netns.Hosts(['one', 'other']) as hosts:
-    print(*(hosts.within(name)[2] for name in ('one', 'other')), flush=True)  # --target PID
+    commands = [hosts.within(name) for name in ('one', 'other')]
+    print(*(words[words.index('--target') + 1] for words in commands), flush=True)
     time.sleep(60)
 """
 
