@@ -15,7 +15,7 @@ from ..simulation.grid import SECOND
 from ..simulation.numbered import Numbered
 from ..simulation.samples import Samples
 from ..simulation.tally import Tally
-from .lockstep import number_of, unpacked
+from .float64 import number_of, unpacked
 from .managed import ERROR, WARN, InfoCallback
 from .realtime import RealTime
 from .signal import SignalNode
@@ -34,10 +34,9 @@ class BlockNode(SignalNode):
         self.not_finite_told = [False] * len(self.samples)
         self.ages = [Tally() for _ in self.samples]
         self.delays = [Tally() for _ in self.samples]
-        lockstep = self.values['lockstep']
-        make = self._numbered_receiver if lockstep else self._receiver
+        make = self._numbered_receiver if self.values['lockstep'] else self._receiver
         self.subscriptions_by_input = {
-            signal: self.subscribe(Float64, signal, make(i), self.signal_qos, raw=lockstep)
+            signal: self.subscribe(Float64, signal, make(i), self.signal_qos)
             for i, (signal, _) in enumerate(self.spec.inputs)
         }
 
@@ -75,14 +74,14 @@ class BlockNode(SignalNode):
     # In real time: by time stamp
 
     def _receiver(self, i: int) -> InfoCallback:
-        def receive(message: Float64, info: dict[str, Any]) -> None:
-            samples = self.samples[i]
+        def receive(data: bytes, info: dict[str, Any]) -> None:
+            samples, value = self.samples[i], unpacked(data)
             before = samples.not_finite
-            samples.push(self.stamp_of(info), message.data, number_of(info))
+            samples.push(self.stamp_of(info), value, number_of(info))
             if samples.not_finite > before and not self.not_finite_told[i]:
                 self.not_finite_told[i] = True
                 self.get_logger().warning(
-                    f'input {self.spec.inputs[i][0]} sent {message.data}; samples that are not '
+                    f'input {self.spec.inputs[i][0]} sent {value}; samples that are not '
                     'finite are dropped and counted in the diagnostics'
                 )
 

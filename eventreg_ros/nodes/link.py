@@ -34,9 +34,7 @@ class LinkNode(ManagedNode):
     def open(self) -> None:
         """Create the subscription of the input and the publisher of the output."""
         self.publisher = self.advertise(Float64, self.values['output'], SIGNAL_QOS)
-        self.source = self.subscribe(
-            Float64, self.values['input'], self._receive, SIGNAL_QOS, raw=True
-        )
+        self.source = self.subscribe(Float64, self.values['input'], self._receive, SIGNAL_QOS)
 
     def shut(self) -> None:
         """Destroy them."""

@@ -8,7 +8,6 @@ the node with a message that names the link.
 
 from __future__ import annotations
 
-import struct
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -33,26 +32,6 @@ LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 EVERY = 64
 """A participant tells every so many steps how far it got, and where the grant ends."""
-
-_LITTLE, _BIG = struct.Struct('<4xd'), struct.Struct('>4xd')
-_CDR = struct.Struct('<4sd')
-_HEADER = bytes((0, 1, 0, 0))
-
-
-def number_of(info: dict[str, Any]) -> int:
-    """Return the number of a sample, from 0, by its writer's count."""
-    return int(info['publication_sequence_number']) - 1
-
-
-def packed(value: float) -> bytes:
-    """Return a Float64 message as CDR: half as dear as letting rclpy convert an object."""
-    return _CDR.pack(_HEADER, value)
-
-
-def unpacked(data: bytes) -> float:
-    """Return the value of a Float64 message in CDR, from a host of either byte order."""
-    value: float = (_LITTLE if data[1] else _BIG).unpack(data)[0]
-    return value
 
 
 class Participant:
@@ -155,9 +134,9 @@ class Lockstep:
 
     def _put(self, value: float) -> None:
         node = self._node
-        data = packed(node.sound(value))
+        value = node.sound(value)
         self.n += 1
-        node.send(node.publisher, data)
+        node.put(value)
         self.participant.reach(self.n)
 
     def report(self) -> tuple[bytes, str, dict[str, Any]]:

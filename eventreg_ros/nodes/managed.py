@@ -19,7 +19,7 @@ from ..parameters import NODES, resolve
 from .declare import declare, widen
 from .ros import RCLError, with_info
 
-InfoCallback = Callable[[Any, dict[str, Any]], None]
+InfoCallback = Callable[[bytes, dict[str, Any]], None]
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 SUCCESS, FAILURE, BROKEN = (
@@ -197,19 +197,17 @@ class ManagedNode(LifecycleNode):
             message, topic, qos, qos_overriding_options=QoSOverridingOptions.with_default_policies()
         )
 
-    def subscribe(
-        self, message: type, topic: str, callback: InfoCallback, qos: Any, raw: bool = False
-    ) -> Any:
+    def subscribe(self, message: type, topic: str, callback: InfoCallback, qos: Any) -> Any:
         """Create a subscription whose QoS can be overridden by parameters.
 
-        ``callback`` gets the message (its bytes, if ``raw``) and the info of rclpy.
+        ``callback`` gets the bytes of the message (CDR) and the info of rclpy.
         """
         return self.create_subscription(
             message,
             topic,
             with_info(callback),
             qos,
-            raw=raw,
+            raw=True,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
@@ -238,13 +236,22 @@ class ManagedNode(LifecycleNode):
 
     def publish_diagnostics(self) -> None:
         """Publish the state of this node on /diagnostics."""
+        try:
+            array = DiagnosticArray(status=[self._status()])
+            array.header.stamp = self.get_clock().now().to_msg()
+            self._diagnostics.publish(array)
+        except RCLError:  # a signal shut the context down in the middle
+            if self.context.ok():
+                raise
+
+    def _status(self) -> DiagnosticStatus:
         level, message = OK, self.stage
         values: dict[str, object] = {}
         if self.fault is not None:
             level, message = ERROR, self.fault
         elif self.stage == ACTIVE:
             level, message, values = self.report()
-        status = DiagnosticStatus(
+        return DiagnosticStatus(
             level=level,
             name=f'{self.get_fully_qualified_name()}: {self.kind}',
             message=message,
@@ -253,9 +260,6 @@ class ManagedNode(LifecycleNode):
                 for k, v in {'state': self.stage, **self.matches(), **values}.items()
             ],
         )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self.send(self._diagnostics, array)
 
     def matches(self) -> dict[str, int]:
         """Return how many peers each publisher and subscription of ours is matched with."""

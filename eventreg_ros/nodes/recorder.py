@@ -17,7 +17,8 @@ from std_msgs.msg import Float64, Header, UInt64
 from ..analysis.bags import BagWriter
 from ..errors import BagError
 from ..parameter import ACTIVE
-from .lockstep import Participant, number_of
+from .float64 import number_of
+from .lockstep import Participant
 from .managed import OK, ManagedNode
 from .ros import run_node
 from .signal import LOCKSTEP_QOS
@@ -149,7 +150,7 @@ class Recorder(ManagedNode):
             self._write(topic, self.stamp_of(info), data)
             self.recorded[name] += 1
 
-        self.sources[name] = self.subscribe(message, name, receive, qos, raw=True)
+        self.sources[name] = self.subscribe(message, name, receive, qos)
 
     def _write(self, topic: str, stamp: int, data: bytes) -> None:
         try:

@@ -8,6 +8,7 @@ from typing import Any
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
 
+from .float64 import packed
 from .lockstep import Lockstep
 from .managed import FaultError, ManagedNode
 from .realtime import RealTime
@@ -79,7 +80,7 @@ class SignalNode(ManagedNode):
 
     def put(self, value: float) -> None:
         """Publish ``value``."""
-        self.send(self.publisher, Float64(data=value))
+        self.send(self.publisher, packed(value))
 
     def sound(self, value: float) -> float:
         """Return ``value``. Raises FaultError when it is not finite."""

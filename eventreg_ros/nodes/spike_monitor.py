@@ -13,7 +13,8 @@ from std_msgs.msg import Float64, Header, UInt64
 from ..analysis.events import EventDetector
 from ..parameter import ACTIVE
 from ..simulation.grid import SECOND
-from .lockstep import Participant, number_of
+from .float64 import number_of, unpacked
+from .lockstep import Participant
 from .managed import OK, ManagedNode
 from .ros import run_node
 from .signal import LOCKSTEP_QOS, SIGNAL_QOS
@@ -58,8 +59,8 @@ class SpikeMonitor(ManagedNode):
             self.send(count, UInt64(data=0))
         if self.participant is not None:
             self.stage = ACTIVE
-            for receive, message, info in self.early:
-                receive(message, info)
+            for receive, data, info in self.early:
+                receive(data, info)
         self.early.clear()
 
     def end(self) -> None:
@@ -88,14 +89,14 @@ class SpikeMonitor(ManagedNode):
         self.zero = 0 if lockstep else self.get_clock().now().nanoseconds
 
     def _receiver(self, signal: str) -> Any:
-        def receive(message: Float64, info: dict[str, Any]) -> None:
+        def receive(data: bytes, info: dict[str, Any]) -> None:
             if self.stage != ACTIVE:
                 if self.values['lockstep']:
-                    self.early.append((receive, message, info))
+                    self.early.append((receive, data, info))
                 return
             detector = self.detectors[signal]
             stamp = self.stamp_of(info) if self.participant is None else self._step(signal, info)
-            t = detector.push((stamp - self.zero) / SECOND, message.data)
+            t = detector.push((stamp - self.zero) / SECOND, unpacked(data))
             if t is not None:
                 stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()
                 self.send(self.events[signal], Header(stamp=stamp, frame_id=signal))
