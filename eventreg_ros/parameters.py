@@ -270,7 +270,9 @@ NODES: dict[str, tuple[Parameter, ...]] = {
             settable=ACTIVE,
         ),
         Parameter('steps', 'int', 0, 'steps after which the clock stops; 0: never', low=0.0),
-        Parameter('window', 'int', 256, 'steps granted at once', low=1.0, settable=ACTIVE),
+        Parameter(
+            'window', 'int', 1000, 'steps granted at once', low=1.0, high=1500.0, settable=ACTIVE
+        ),
         RATE,
         AUTOSTART,
     ),

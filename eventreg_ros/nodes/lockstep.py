@@ -30,7 +30,7 @@ GRANT, REACHED = 'lockstep/grant', 'lockstep/reached'
 REACHED_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-EVERY = 64
+EVERY = 250
 """A participant tells every so many steps how far it got, and where the grant ends."""
 
 
@@ -67,15 +67,10 @@ class Participant:
         return self._grid.stamp(n)
 
     def reach(self, n: int) -> None:
-        """Note that sample ``n`` is made, and tell the clock where it has to know."""
-        self.reached = n
-        if n % EVERY == 0 or n == self.granted:
+        """Note that all samples up to ``n`` are made, and tell the clock where it has to know."""
+        before, self.reached = self.reached, n
+        if n // EVERY > before // EVERY or n == self.granted:
             self._tell(n)
-
-    def reach_all(self, n: int) -> None:
-        """Note that all samples up to ``n`` are made, and tell the clock."""
-        self.reached = n
-        self._tell(n)
 
     def _tell(self, n: int) -> None:
         stamp = Time(nanoseconds=self._grid.stamp(n)).to_msg()

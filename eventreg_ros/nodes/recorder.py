@@ -26,7 +26,7 @@ from .spike_monitor import COUNT_QOS, EVENT_QOS
 
 RECORD_QOS = QoSProfile(depth=2000)
 
-LOOK = 0.005
+LOOK = 0.01
 """Seconds between looks at what has come, in lockstep."""
 
 
@@ -117,7 +117,7 @@ class Recorder(ManagedNode):
             self.recorded[signal] += rows
         if rows:
             self.row += rows
-            self.participant.reach_all(self.row - 1)
+            self.participant.reach(self.row - 1)
 
     def _missing(self, n: int) -> list[str]:
         return [s for s, queue in zip(self.recorded, self.waiting, strict=True) if not queue]

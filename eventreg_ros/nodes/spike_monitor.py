@@ -74,8 +74,8 @@ class SpikeMonitor(ManagedNode):
         assert self.participant is not None
         self.seen[signal] = number_of(info)
         reached = min(self.seen.values())
-        while self.participant.reached < reached:
-            self.participant.reach(self.participant.reached + 1)
+        if reached > self.participant.reached:
+            self.participant.reach(reached)
         return self.participant.stamp(self.seen[signal])
 
     def _missing(self, n: int) -> list[str]:
