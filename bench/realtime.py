@@ -8,8 +8,8 @@ tables of docs/time.md.
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
+import sys
 import tempfile
 import threading
 import time
@@ -39,14 +39,6 @@ HEAD = (
 )
 
 
-def spin(ending) -> None:
-    """Keep a core busy until told to end, or the parent is gone."""
-    parent = os.getppid()
-    while not ending.is_set() and os.getppid() == parent:
-        for _ in range(100_000):
-            pass
-
-
 @contextmanager
 def own_environment() -> Iterator[None]:
     """Leave the environment as it was: a session sets its domain in it."""
@@ -60,21 +52,14 @@ def own_environment() -> Iterator[None]:
 
 @contextmanager
 def busy(number: int) -> Iterator[None]:
-    """Keep ``number`` cores busy with loops at the usual priority; they are ended for sure."""
-    ending = multiprocessing.Event()
-    loops = [
-        multiprocessing.Process(target=spin, args=(ending,), daemon=True) for _ in range(number)
-    ]
-    for loop in loops:
-        loop.start()
+    """Keep ``number`` cores busy with loops at the usual priority; they end with us for sure."""
+    loops = Processes()
     try:
+        for i in range(number):
+            loops.start(f'loop {i}', [sys.executable, '-c', 'while True: pass'], dict(os.environ))
         yield
     finally:
-        ending.set()
-        for loop in loops:
-            loop.join(2.0)
-            loop.kill()
-            loop.join()
+        loops.stop()
 
 
 class Watched(Session):

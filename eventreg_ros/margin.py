@@ -43,10 +43,12 @@ class Limit:
     ``fails_at``: the least beyond it that was seen to fail; None: nothing failed up to
     ``scanned_to``. ``rejected_again``: values of the scan beyond that one which do not fail.
     ``h`` (model time) is the length of a step at ``rate``, ``resolution`` in the unit of the kind.
+    ``on`` is the one signal whose links are impaired, None where all are.
     """
 
     kind: str
     hold: str
+    on: str | None
     rate: float
     h: float
     resolution: float
@@ -61,14 +63,21 @@ def margins(
 ) -> list[Limit]:
     """Return the limits of a scenario: for each hold that of delay, of loss and of jitter.
 
+    These are with the same on every link; after them come those of the delay of each signal alone.
     Raises EventregError when the scenario cannot be simulated or its verdict is undecided.
     """
     setting = setting or Setting()
-    _need_verdict(scenario, setting)
+    linked = _need_verdict(scenario, setting).linked
+    cases: list[tuple[str, str | None]] = [(kind, None) for kind in KINDS]
+    cases += [('delay', signal) for signal in linked]
     return [
-        limit(Trial(scenario, hold, rate_for(kind, scenario, setting), setting), kind, tell)
+        limit(
+            Trial(scenario, hold, rate_for(kind, scenario, setting), setting, signal and [signal]),
+            kind,
+            tell,
+        )
         for hold in HOLDS
-        for kind in KINDS
+        for kind, signal in cases
     ]
 
 
@@ -84,32 +93,35 @@ def rate_for(kind: str, scenario: Scenario, setting: Setting) -> float:
     return max(own, scale / FINE) if kind == 'delay' else own
 
 
-def _need_verdict(scenario: Scenario, setting: Setting) -> None:
-    rate = rate_for('loss', scenario, setting)
-    if Trial(scenario, HOLDS[0], rate, setting).verdict() == 'undecided':
+def _need_verdict(scenario: Scenario, setting: Setting) -> Trial:
+    trial = Trial(scenario, HOLDS[0], rate_for('loss', scenario, setting), setting)
+    if trial.verdict() == 'undecided':
         raise EventregError(
             f'scenario {scenario.name} has no verdict to find the margin of, even without delay: '
             f'w has too few events between {setting.settle:g} and {setting.duration:g} of model '
             f'time; take a longer --duration or a scenario with a disturbance'
         )
+    return trial
 
 
 def limit(trial: Trial, kind: str, tell: Tell = lambda words: None) -> Limit:
     """Search the largest ``kind`` (of :data:`KINDS`) that a trial bears, the others being 0."""
     scan, unit = scan_of(kind, trial.h)
+    name = kind if trial.on is None else f'{kind} of {" ".join(trial.on)}'
 
     def value(k: int) -> float:
         return round(k * unit, 12)
 
     def passes(k: int) -> bool:
         result = trial.rejected(**{kind: value(k)})
-        tell(f'{trial.hold} hold, {kind} {value(k):g}: {"" if result else "not "}rejected')
+        tell(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
         return result
 
     largest, failure, again = search(passes, scan)
     return Limit(
         kind=kind,
         hold=trial.hold,
+        on=None if trial.on is None else ' '.join(trial.on),
         rate=trial.rate,
         h=trial.h,
         resolution=unit,
@@ -206,6 +218,6 @@ def delay_and_loss(
 
 def reach(limits: Sequence[Limit]) -> float:
     """Return the delay (model time) up to which a picture shows both holds' edges and beyond."""
-    delay = [found for found in limits if found.kind == 'delay']
+    delay = [found for found in limits if found.kind == 'delay' and found.on is None]
     edges = [x.scanned_to if x.fails_at is None else x.fails_at for x in delay]
     return min(max(1.5 * max(edges), 0.3), FARTHEST_DELAY)

@@ -232,7 +232,18 @@ def _yaml(text: str, name: str) -> Any:
     import yaml
 
     class Loader(_dialect(yaml.SafeLoader)):  # type: ignore[misc]
-        """Tells an unquoted y, which ROS takes for true, from the signal 'y'."""
+        """Refuses what reads well and means something else: an unquoted y, a key given twice."""
+
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            seen: set[str] = set()
+            for key, _ in node.value:
+                if key.value in seen:
+                    raise yaml.constructor.ConstructorError(
+                        None, None, f'{key.value} is given twice; keep one', key.start_mark
+                    )
+                if isinstance(key.value, str):
+                    seen.add(key.value)
+            return super().construct_mapping(node, deep)
 
         def construct_yaml_bool(self, node: Any) -> bool:
             if node.value in ('y', 'Y', 'n', 'N'):

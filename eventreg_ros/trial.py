@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,10 +38,18 @@ class Setting:
 class Trial:
     """A scenario with one hold on all its blocks, at one rate, run again and again.
 
-    Raises EventregError when the scenario cannot be simulated.
+    ``on``: the signals whose links are impaired, None for all. Raises EventregError when the
+    scenario cannot be simulated.
     """
 
-    def __init__(self, scenario: Scenario, hold: str, rate: float, setting: Setting) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        hold: str,
+        rate: float,
+        setting: Setting,
+        on: Collection[str] | None = None,
+    ) -> None:
         stimulus = scenario.stimulus
         v = STIMULUS_OUTPUT if stimulus is None else scenario.nodes['stimulus']['output']
         blocks = {
@@ -50,6 +58,10 @@ class Trial:
         self._network = Network(blocks, stimulus, stimulus_output=v)
         self._scenario, self._setting = scenario, setting
         self.hold, self.rate, self.h = hold, rate, self._network.h
+        self.on = on
+        listened = {signal for _, signal in self._network.links}
+        self.linked = [signal for signal in self._network.signals if signal in listened]
+        """The signals that some block listens to."""
         count_steps(setting.duration, self.h)
 
     def verdict(
@@ -61,7 +73,12 @@ class Trial:
         """
         try:
             run = self._network.run(
-                self._setting.duration, delay=delay, loss=loss, jitter=jitter, seed=seed
+                self._setting.duration,
+                delay=delay,
+                loss=loss,
+                jitter=jitter,
+                seed=seed,
+                on=self.on,
             )
         except EventregError:  # all else that it may complain of was checked at the start
             return 'not rejected'

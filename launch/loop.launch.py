@@ -1,10 +1,12 @@
 """Start the nodes of a scenario: ros2 launch eventreg_ros loop.launch.py scenario:=exact."""
 
-import os
+import shutil
 import tempfile
+from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, RegisterEventHandler
+from launch.event_handlers import OnShutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -43,36 +45,42 @@ def start(context):
         scenario = with_links(scenarios.load(value('scenario')), value('link').split())
     except EventregError as error:
         raise RuntimeError(str(error)) from None
+    scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
     nodes = {name: dict(values) for name, values in scenario.given.items()}
     if value('record').lower() in ('true', '1', 'yes', 'on'):
         nodes['recorder'] = {
             'signals': list(scenario.publishers),
             **nodes.get('recorder', {}),
             'path': value('bag'),
-            'scenario': stored(scenario.name, scenario.to_yaml()),
+            'scenario': str(stored(scratch / f'{scenario.name}.yaml', scenario.to_yaml())),
             'scenario_name': scenario.name,
         }
     # Not as a dictionary: launch would write the signal y unquoted, and ROS reads that as true.
-    file = stored('parameters', scenarios.Scenario(scenario.name, {}, nodes).to_yaml(anywhere=True))
+    text = scenarios.Scenario(scenario.name, {}, nodes).to_yaml(anywhere=True)
+    file = str(stored(scratch / 'parameters.yaml', text))
     later = [value('params_file')] if value('params_file') else []
-    return [LogInfo(msg=f'scenario {scenario.name}: {", ".join(nodes)}')] + [
-        Node(
-            package='eventreg_ros',
-            executable=kind_of(name),
-            name=name,
-            namespace=value('namespace'),
-            output='screen',
-            parameters=[file, *later],
-        )
-        for name in nodes
+    return [
+        RegisterEventHandler(
+            OnShutdown(on_shutdown=lambda *_: shutil.rmtree(scratch, ignore_errors=True))
+        ),
+        LogInfo(msg=f'scenario {scenario.name}: {", ".join(nodes)}'),
+        *(
+            Node(
+                package='eventreg_ros',
+                executable=kind_of(name),
+                name=name,
+                namespace=value('namespace'),
+                output='screen',
+                parameters=[file, *later],
+            )
+            for name in nodes
+        ),
     ]
 
 
-def stored(name, text):
-    """Write ``text`` to a new temporary file and return its path."""
-    handle, path = tempfile.mkstemp(prefix=f'eventreg_{name}_', suffix='.yaml')
-    with os.fdopen(handle, 'w') as file:
-        file.write(text)
+def stored(path, text):
+    """Write ``text`` to ``path`` and return it."""
+    path.write_text(text, encoding='utf-8')
     return path
 
 

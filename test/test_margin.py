@@ -74,6 +74,22 @@ def test_the_delay_margin_of_the_linear_motif_is_that_of_theory(h):
     assert radius[0] < 1.0 < radius[1]
 
 
+@pytest.mark.parametrize('signal', ['y', 'u'])
+def test_a_delay_of_one_signal_of_the_loop_may_be_twice_as_long(signal):
+    # The characteristic equation has e^(-s tau) then, for only one of y and u is late.
+    h = 0.02
+    alone = Trial(scenario.load('linear'), 'zero', 10.0 / h, LONG, [signal])
+    found = limit(alone, 'delay')
+    # the hold of each of the two links is late by half a step, and the bisection ends within one
+    assert found.largest < 2.0 * critical_delay() - h < found.fails_at
+
+
+def test_a_delay_outside_the_loop_is_borne_without_end():
+    found = limit(Trial(scenario.load('linear'), 'zero', 200.0, Setting(), ['w']), 'delay')
+    assert found.largest == found.scanned_to
+    assert found.fails_at is None
+
+
 def test_bisection_finds_what_trying_every_delay_finds():
     # k_y and the gain move the edge, so that it is not always at the same place of the scan
     for overrides in ([], ['controller.gain:=[0.5, 0]'], ['controller.k_y:=0.2']):
@@ -102,9 +118,11 @@ def test_the_delay_margins_are_in_the_brackets(name, low, high):
 def test_margins_asks_for_each_hold_and_kind_at_its_rate():
     setup, told = scenario.load('linear'), []
     found = margins(setup, Setting(duration=200.0, seeds=1), told.append)
-    assert [(x.hold, x.kind) for x in found] == [(h, k) for h in ('zero', 'linear') for k in KINDS]
-    assert [x.rate for x in found[:3]] == [1000.0, 200.0, 200.0]
-    for x in found:
+    cases = [*((kind, None) for kind in KINDS), *(('delay', signal) for signal in 'wyu')]
+    wanted = [(hold, *case) for hold in ('zero', 'linear') for case in cases]
+    assert [(x.hold, x.kind, x.on) for x in found] == wanted
+    assert [x.rate for x in found[:4]] == [1000.0, 200.0, 200.0, 1000.0]
+    for x in (x for x in found if x.on is None):
         assert x.fails_at - x.largest == pytest.approx(x.resolution)
         again = Trial(setup, x.hold, x.rate, Setting(duration=200.0, seeds=1))
         assert again.rejected(**{x.kind: x.largest})
@@ -231,7 +249,7 @@ def test_a_map_has_no_more_columns_than_asked_for():
 
 
 def test_the_picture_reaches_beyond_both_edges():
-    at = Limit('delay', 'zero', 200.0, 0.05, 0.05, 0.2, 0.25, 2.0, ())
+    at = Limit('delay', 'zero', None, 200.0, 0.05, 0.05, 0.2, 0.25, 2.0, ())
     assert reach([at, replace(at, fails_at=0.4)]) == pytest.approx(0.6)
     assert reach([at, replace(at, fails_at=None)]) == 2.0
     assert reach([replace(at, largest=None, fails_at=0.0)]) == 0.3

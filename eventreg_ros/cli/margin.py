@@ -1,7 +1,8 @@
 """``eventreg margin``: how much delay, loss and jitter the loop bears. Needs no ROS.
 
 ``--json F`` writes ``{"scenario", "time_scale", "duration", "settle", "window", "seeds", "holds":
-{"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT}, "linear": ...}}``. A LIMIT is ``{"rate",
+{"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT, "delay_of": {SIGNAL: LIMIT, ...}},
+"linear": ...}}``: the same on every link, and the delay of one signal alone. A LIMIT is ``{"rate",
 "h", "resolution", "largest", "fails_at", "scanned_to", "rejected_again", "milliseconds"}``: delay
 and jitter in model time, loss as a probability; ``largest`` is the most at which the verdict is
 rejected, null where it is not even at 0; ``milliseconds`` the same as a time at the scenario's
@@ -138,9 +139,13 @@ def result(
     holds: dict[str, dict[str, Any]] = {}
     for limit in limits:
         entry = asdict(limit)
-        kind, hold = entry.pop('kind'), entry.pop('hold')
+        kind, hold, on = (entry.pop(key) for key in ('kind', 'hold', 'on'))
         entry['milliseconds'] = milliseconds(limit, scenario)
-        holds.setdefault(hold, {})[kind] = entry
+        of_hold = holds.setdefault(hold, {})
+        if on is None:
+            of_hold[kind] = entry
+        else:
+            of_hold.setdefault(f'{kind}_of', {})[on] = entry
     report: dict[str, Any] = {
         'scenario': scenario.name,
         'time_scale': scenario.time_scale,
@@ -172,17 +177,22 @@ def table(scenario: Scenario, setting: Setting, limits: list[Limit]) -> str:
     """Return the limits as a short plain table, one row per impairment, one column per hold."""
     holds = list(dict.fromkeys(limit.hold for limit in limits))
     lines = [
-        f'{scenario.name}: still rejected with, on every link '
+        f'{scenario.name}: still rejected with, on every link or those of one signal '
         f'(time_scale {scenario.time_scale:g}, {setting.duration:g} model time units, '
         f'counted after {setting.settle:g}, {setting.seeds} seeds)',
-        f'{"":8}' + ''.join(f'{f"hold {hold}":>20}' for hold in holds) + f'{"resolution":>12}  at',
+        f'{"":12}' + ''.join(f'{f"hold {hold}":>20}' for hold in holds) + f'{"resolution":>12}  at',
     ]
-    for kind in dict.fromkeys(limit.kind for limit in limits):
-        row = [limit for limit in limits if limit.kind == kind]
+    for name in dict.fromkeys(map(name_of, limits)):
+        row = [limit for limit in limits if name_of(limit) == name]
         cells = ''.join(f'{words(limit, scenario):>20}' for limit in row)
         at = f'{row[0].rate:g} samples per second (h = {row[0].h:g})'
-        lines.append(f'{kind:8}{cells}{row[0].resolution:>12g}  {at}')
+        lines.append(f'{name:12}{cells}{row[0].resolution:>12g}  {at}')
     return '\n'.join([*lines, *notes(limits)])
+
+
+def name_of(limit: Limit) -> str:
+    """Return what was varied, in words."""
+    return limit.kind if limit.on is None else f'{limit.kind} of {limit.on}'
 
 
 def words(limit: Limit, scenario: Scenario) -> str:
@@ -197,7 +207,7 @@ def words(limit: Limit, scenario: Scenario) -> str:
 def notes(limits: list[Limit]) -> list[str]:
     """Return what must be said about single limits, one line each."""
     lines = [
-        f'{limit.kind}, hold {limit.hold}: rejected again at '
+        f'{name_of(limit)}, hold {limit.hold}: rejected again at '
         f'{", ".join(f"{value:g}" for value in limit.rejected_again)}: the verdict is not monotone'
         for limit in limits
         if limit.rejected_again

@@ -22,6 +22,9 @@ from .wiring import common_grid, count_steps, grid
 RTOL, ATOL = 1e-10, 1e-12
 """Tolerances of the integrator: with them the trajectories meet the truth well within 1e-6."""
 
+FIRST, EACH = 200_000, 20_000
+"""Evaluations after which it is given up: so many, and so many more per unit of model time."""
+
 
 def simulate(
     blocks: Mapping[str, BlockSpec],
@@ -38,7 +41,7 @@ def simulate(
     Returns every block's output, and the stimulus' as ``stimulus_output`` if there is one, at n * h
     from 0 to ``duration``; ``h`` is in model time, by default the blocks' time_scale / rate. An
     input that nobody publishes counts as 0. Raises EventregError when the blocks do not agree on
-    that step, close an algebraic loop, or their state stops being finite.
+    that step, close an algebraic loop, their state stops being finite, or they are too stiff.
     """
     scale, rate = (h, 1.0) if h is not None else common_grid(blocks)
     t = grid(count_steps(duration, scale / rate), scale, rate)
@@ -60,12 +63,13 @@ def _integrate(
     """Return the states at ``t``, shape (states, samples), restarting where the stimulus jumps."""
     x = np.array(system.x0)
     found = np.empty((len(x), len(t)))
+    budget = Budget()
     edges = [0.0, *(stimulus.breaks(duration) if stimulus is not None else ()), duration]
     for start, end in pairwise(edges):
         last = len(t) if end == duration else int(np.searchsorted(t, end))
         first = int(np.searchsorted(t, start)) if start else 0
         inside = np.clip(t[first:last], start, end)
-        states = _segment(system, stimulus, x, start, end, inside, rtol, atol)
+        states = _segment(system, stimulus, x, start, end, inside, budget, rtol, atol)
         found[:, first:last], x = states[:, : last - first], states[:, -1]
     return found
 
@@ -77,6 +81,7 @@ def _segment(
     start: float,
     end: float,
     t: Array,
+    budget: Budget,
     rtol: float,
     atol: float,
 ) -> Array:
@@ -92,6 +97,7 @@ def _segment(
     margin = 1e-12 * end  # v is read strictly inside: at its ends it may have jumped already
 
     def rhs(time: float, state: Array) -> list[float]:
+        budget.spend(time)
         v = 0.0 if stimulus is None else stimulus(min(max(time, start + margin), end - margin))
         return system.derivative(v, state.tolist())
 
@@ -102,6 +108,25 @@ def _segment(
     if not (result.success and np.isfinite(result.y).all()):
         raise _not_finite(float(result.t[-1]) if len(result.t) else start, result.message)
     return np.asarray(result.y)
+
+
+class Budget:
+    """Counts evaluations; an integration that gets nowhere is given up after seconds, not years.
+
+    An explicit method takes steps of a few times the fastest time constant, whatever the accuracy.
+    """
+
+    def __init__(self) -> None:
+        self._spent = 0
+
+    def spend(self, t: float) -> None:
+        """Count one evaluation, at model time ``t``. Raises EventregError if it is one too many."""
+        self._spent += 1
+        if self._spent > FIRST + EACH * t:
+            raise EventregError(
+                f'the equations are too stiff: {self._spent} evaluations reached t = {t:.3g} '
+                f'(model time); take gentler parameters (a smaller k, say)'
+            )
 
 
 def _not_finite(t: float, reason: str = '') -> EventregError:

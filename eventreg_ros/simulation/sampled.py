@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -87,18 +87,20 @@ class Network:
         loss: float = 0.0,
         jitter: float = 0.0,
         seed: int = 0,
+        on: Collection[str] | None = None,
         compiled: bool | None = None,
     ) -> Trajectory:
         """Return all signals at n * h from 0 to ``duration`` (model time).
 
         Over step n every block uses the samples up to n that its links have received: each is lost
         with probability ``loss`` and comes ``delay`` and a uniform part of ``jitter`` (model time)
-        late, rounded to steps; see :func:`.links.received`. Before the first, an input is 0.
+        late, rounded to steps; see :func:`.links.received`. Before the first, an input is 0. Links
+        of signals that are not ``on`` (None: all are) lose nothing and are not late.
         ``compiled`` says whether numba compiles the loop (None: where that pays); same bits.
         Raises EventregError for a bad value, or when a state stops being finite.
         """
         steps = count_steps(duration, self.h)
-        have = self._received(steps, delay, loss, jitter, seed)
+        have = self._received(steps, delay, loss, jitter, seed, on)
         samples = self._samples(steps)
         kernel, arrays = choose(self._parts, steps, compiled)
         flat = [table.ravel() for table in (samples, have.newest, have.previous)]
@@ -111,7 +113,13 @@ class Network:
         return Trajectory(t, dict(zip(self.signals, samples, strict=True)))
 
     def _received(
-        self, steps: int, delay: float, loss: float, jitter: float, seed: int
+        self,
+        steps: int,
+        delay: float,
+        loss: float,
+        jitter: float,
+        seed: int,
+        on: Collection[str] | None,
     ) -> Received:
         limits = {'delay': (delay, np.inf), 'jitter': (jitter, np.inf), 'loss': (loss, 1.0)}
         for name, (value, high) in limits.items():
@@ -121,9 +129,14 @@ class Network:
             raise EventregError(f'seed must be >= 0, got {seed}')
         late = min(delay / self.h, float(steps))
         spread = min(jitter / self.h, float(MAX_STEPS))
-        return received(
+        have = received(
             len(self.links), steps, delay=round(late), loss=loss, jitter=spread, seed=seed
         )
+        if on is not None:
+            sound = [signal not in on for _, signal in self.links]
+            for table, perfect in zip(have, received(len(self.links), steps), strict=True):
+                table[sound] = perfect[sound]
+        return have
 
     def _samples(self, steps: int) -> Array:
         """Return the table of samples, shape (signals, steps + 1), as far as it is known."""

@@ -130,8 +130,9 @@ def launch(monkeypatch, tmp_path):
 
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
     module('launch', LaunchDescription=as_it_is)
-    actions = ('DeclareLaunchArgument', 'LogInfo', 'OpaqueFunction')
+    actions = ('DeclareLaunchArgument', 'LogInfo', 'OpaqueFunction', 'RegisterEventHandler')
     module('launch.actions', **dict.fromkeys(actions, as_it_is))
+    module('launch.event_handlers', OnShutdown=as_it_is)
     module('launch.substitutions', LaunchConfiguration=Configuration)
     module('launch_ros', actions=None)
     module('launch_ros.actions', Node=as_it_is)
@@ -143,7 +144,7 @@ def launch(monkeypatch, tmp_path):
 
 def test_the_launch_argument_puts_links_on_signals(launch):
     context = {'scenario': 'exact', 'link': 'u:delay=0.02,jitter=0.005 y:loss=0.1'}
-    _, *nodes = launch.start(context)
+    _, _, *nodes = launch.start(context)
     started = {node.name: node for node in nodes}
     assert {'link_u', 'link_y', 'plant'} <= set(started)
     assert started['link_u'].executable == started['link_y'].executable == 'link'
@@ -153,4 +154,12 @@ def test_the_launch_argument_puts_links_on_signals(launch):
     assert 'loss: 0.1' in text
     with pytest.raises(RuntimeError, match='nobody publishes'):
         launch.start({**context, 'link': 'x'})
-    assert all(node.executable == node.name for node in launch.start({'scenario': 'exact'})[1:])
+    assert all(node.executable == node.name for node in launch.start({'scenario': 'exact'})[2:])
+
+
+def test_a_launch_takes_its_files_with_it(launch, tmp_path):
+    handler, _, plant, *_ = launch.start({'scenario': 'exact', 'record': 'true'})
+    assert Path(plant.parameters[0]).exists()
+    assert list(tmp_path.glob('**/*.yaml'))
+    handler.arguments[0].on_shutdown(None, None)
+    assert not list(tmp_path.iterdir())

@@ -1,13 +1,27 @@
 """``eventreg run --lockstep``: processes and composed, one hash; and what ends it."""
 
 import os
+import random
 import signal
+from pathlib import Path
 
 import pytest
 
 from eventreg_ros.analysis.bags import read_bag
 
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
+
+BENCH = Path(__file__).resolve().parents[2] / 'bench'
+
+
+@pytest.fixture
+def determinism(monkeypatch):
+    """The module bench/determinism.py; the environment that it sets is undone."""
+    monkeypatch.syspath_prepend(str(BENCH))
+    import determinism
+
+    with determinism.own_environment():
+        yield determinism
 
 
 def data(bag):
@@ -51,3 +65,16 @@ def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(run
     assert process.returncode == 4
     assert 'waits for sample' in err
     assert 'of input y' in err
+
+
+@pytest.mark.parametrize('name', ['mismatch', 'open'])
+@pytest.mark.parametrize('composed', [False, True])
+def test_busy_cores_a_random_order_and_a_late_node_change_no_bit(
+    determinism, tmp_path, name, composed
+):
+    with determinism.busy(os.cpu_count()):
+        seed = random.randrange(1000)
+        found = determinism.recorded(
+            name, 5.0, tmp_path / 'bag', composed=composed, seed=seed, late=2.0
+        )
+    assert found == determinism.simulated(name, 5.0), f'seed {seed}'

@@ -11,6 +11,7 @@ from eventreg_ros import scenario
 from eventreg_ros.analysis.events import detect
 from eventreg_ros.errors import EventregError
 from eventreg_ros.models import INTERNAL_MODEL
+from eventreg_ros.simulation import continuous
 from eventreg_ros.simulation.continuous import simulate
 from eventreg_ros.simulation.stimulus import Stimulus
 
@@ -153,6 +154,15 @@ def test_a_state_that_explodes_is_an_error(overrides):
         blocks['plant'] = replace(scenario.load('exact').blocks['plant'], x0=(1e200, 0.0))
     with pytest.raises(EventregError, match='stops being finite soon after t = '):
         simulate(blocks, None, 2000.0, 1.0)
+
+
+def test_equations_too_stiff_to_wait_for_are_an_error(monkeypatch):
+    for name in ('FIRST', 'EACH'):
+        monkeypatch.setattr(continuous, name, 1000)  # the paper's loop takes less
+    assert len(simulate(scenario.load('exact').blocks, None, 20.0, 1.0).t) == 21
+    stiff = scenario.load('exact', ['plant.k:=1e9']).blocks
+    with pytest.raises(EventregError, match=r'too stiff: 10\d\d evaluations reached t = '):
+        simulate(stiff, None, 20.0, 1.0)
 
 
 def test_bad_wiring_is_an_error():
