@@ -25,7 +25,6 @@ from .analysis.verdict import judge as judge_signals
 from .certify import certify
 from .errors import EventregError
 from .models.certificates import Certificate
-from .models.roles import STIMULUS_OUTPUT
 from .scenario import Scenario
 from .simulation.continuous import simulate as simulate_continuous
 from .simulation.sampled import simulate_sampled
@@ -112,8 +111,7 @@ def simulate(
             f'delay, loss, jitter and seed belong to a sampled simulation, got '
             f'{delay:g}, {loss:g}, {jitter:g} and {seed}; add sampled=True'
         )
-    blocks, stimulus = scenario.blocks, scenario.stimulus
-    v = STIMULUS_OUTPUT if stimulus is None else scenario.nodes['stimulus']['output']
+    blocks, stimulus, v = scenario.loop
     if sampled:
         found = simulate_sampled(
             blocks, stimulus, duration, stimulus_output=v,

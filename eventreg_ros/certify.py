@@ -17,7 +17,7 @@ from .models.certificates import (
 from .models.linear import HARMONIC, INTERNAL_MODEL, LAG
 from .models.linear_certificates import linear_loop
 from .models.neuron import NEURON
-from .models.roles import ROLES, STIMULUS_OUTPUT
+from .models.roles import ROLES
 from .models.theory import Status
 from .scenario import Scenario
 from .simulation.block import BlockSpec
@@ -38,7 +38,7 @@ def certify(scenario: Scenario, time: float = TIME) -> list[Certificate]:
     shipped scenarios take one to four seconds. Raises EventregError for a scenario that cannot be
     read.
     """
-    blocks = scenario.blocks
+    blocks = scenario.loop.blocks
     found = [lemma(b.name, b.model, b.params, _driven(b, scenario)) for b in blocks.values()]
     certificates = [certificate for certificate in found if certificate is not None]
     if _paper_wiring(scenario):
@@ -98,12 +98,10 @@ def _loop(blocks: Mapping[str, BlockSpec]) -> list[Certificate]:
 
 def _measured(scenario: Scenario, time: float) -> list[Certificate]:
     """Return the exponents with and without w, with and without v, and what they say together."""
-    blocks = scenario.blocks
+    blocks, v, output = scenario.loop
     if not {'plant', 'controller'}.intersection(blocks):
         return []
     quiet = {name: block for name, block in blocks.items() if name != 'exosystem'}
-    v = scenario.stimulus
-    output = str(scenario.nodes['stimulus']['output']) if v else STIMULUS_OUTPUT
     cases: list[tuple[str, str, Mapping[str, BlockSpec], Stimulus | None]] = []
     if 'exosystem' in blocks:
         cases.append(('driven', 'with w and v' if v else 'with w', blocks, v))

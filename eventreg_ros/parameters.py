@@ -32,6 +32,7 @@ START_TIME = Parameter(
     0.0,
     'ROS time in seconds at which the first sample is published once active; 0: at once',
     low=0.0,
+    high=9e9,
 )
 LOCKSTEP = Parameter(
     'lockstep',
@@ -52,7 +53,7 @@ PRECISION = Parameter(
     'precision',
     'double',
     0.0,
-    'seconds before each tick from which on it spins, for precision at the cost of CPU',
+    'seconds before each tick from which on it spins (half a period at most); costs CPU',
     low=0.0,
     high=0.01,
 )
@@ -68,6 +69,7 @@ MAX_CATCH_UP = Parameter(
     1.0,
     'seconds of model steps that are caught up at once after a pause; more is dropped',
     low=0.0,
+    high=3600.0,
 )
 RATE = Parameter('rate', 'double', 200.0, 'steps per second', low=0.001, high=100000.0)
 TIME_SCALE = Parameter(
@@ -131,9 +133,17 @@ _BLOCK = (
         'delay_margin',
         'double',
         0.25,
-        'delay per link that the loop bears, in model time; see eventreg margin',
+        'delay per link that the loop bears with the linear hold, model time; see eventreg margin',
         low=0.0,
         open_low=True,
+        settable=ACTIVE,
+    ),
+    Parameter(
+        'delay_margin_zero',
+        'double',
+        0.2,
+        'the same with the zero hold',
+        low=0.0,
         settable=ACTIVE,
     ),
     Parameter(
@@ -267,12 +277,14 @@ NODES: dict[str, tuple[Parameter, ...]] = {
             0.0,
             'simulated seconds per second; 0: as fast as the nodes go',
             low=0.0,
+            high=1e4,
             settable=ACTIVE,
         ),
         Parameter('steps', 'int', 0, 'steps after which the clock stops; 0: never', low=0.0),
         Parameter(
-            'window', 'int', 1000, 'steps granted at once', low=1.0, high=1500.0, settable=ACTIVE
+            'window', 'int', 150, 'steps granted at once', low=1.0, high=500.0, settable=ACTIVE
         ),
+        LOCKSTEP_TIMEOUT,
         RATE,
         AUTOSTART,
     ),
@@ -334,6 +346,7 @@ NODES: dict[str, tuple[Parameter, ...]] = {
             0,
             'of the random numbers; setting another begins anew',
             low=0.0,
+            high=2.0**53,
             settable=ACTIVE,
         ),
         AUTOSTART,

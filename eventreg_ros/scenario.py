@@ -6,15 +6,23 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .errors import ParameterError, ScenarioError
-from .models.roles import ROLES, model_of
+from .models.roles import ROLES, STIMULUS_OUTPUT, model_of
 from .parameters import NODES, hint, is_ros_parameter, kind_of, resolve
 from .simulation.block import BlockSpec
 from .simulation.stimulus import Stimulus
 
 WILDCARD = '/**'
+
+
+class Loop(NamedTuple):
+    """What of a scenario is simulated: its blocks by role, the open input, and the input's name."""
+
+    blocks: dict[str, BlockSpec]
+    stimulus: Stimulus | None
+    stimulus_output: str
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,19 @@ class Scenario:
         """The open input v, or None when the scenario has no stimulus node."""
         values = self.nodes.get('stimulus')
         return None if values is None else Stimulus.from_parameters(values)
+
+    @property
+    def loop(self) -> Loop:
+        """The loop for offline tools. Raises ScenarioError when there are links in it."""
+        links = [name for name in self.nodes if kind_of(name) == 'link']
+        if links:
+            raise ScenarioError(
+                f'scenario {self.name} has {", ".join(links)}, and links are for real nodes only; '
+                f'take it without them and impair all signals with eventreg simulate --sampled '
+                f'--delay D --jitter J --loss P'
+            )
+        v = self.nodes.get('stimulus', {}).get('output', STIMULUS_OUTPUT)
+        return Loop(self.blocks, self.stimulus, v)
 
     @property
     def publishers(self) -> dict[str, str]:

@@ -10,7 +10,6 @@ import numpy as np
 from .analysis.rejection import SETTLE, WINDOW
 from .analysis.verdict import judge
 from .errors import EventregError
-from .models.roles import STIMULUS_OUTPUT
 from .scenario import Scenario
 from .simulation.sampled import Network
 from .simulation.trajectory import Array
@@ -50,11 +49,8 @@ class Trial:
         setting: Setting,
         on: Collection[str] | None = None,
     ) -> None:
-        stimulus = scenario.stimulus
-        v = STIMULUS_OUTPUT if stimulus is None else scenario.nodes['stimulus']['output']
-        blocks = {
-            name: replace(spec, hold=hold, rate=rate) for name, spec in scenario.blocks.items()
-        }
+        blocks, stimulus, v = scenario.loop
+        blocks = {name: replace(spec, hold=hold, rate=rate) for name, spec in blocks.items()}
         self._network = Network(blocks, stimulus, stimulus_output=v)
         self._scenario, self._setting = scenario, setting
         self.hold, self.rate, self.h = hold, rate, self._network.h

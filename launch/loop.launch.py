@@ -46,13 +46,14 @@ def start(context):
     except EventregError as error:
         raise RuntimeError(str(error)) from None
     scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
+    text = scenario.to_yaml()
     nodes = {name: dict(values) for name, values in scenario.given.items()}
     if value('record').lower() in ('true', '1', 'yes', 'on'):
         nodes['recorder'] = {
             'signals': list(scenario.publishers),
             **nodes.get('recorder', {}),
             'path': value('bag'),
-            'scenario': str(stored(scratch / f'{scenario.name}.yaml', scenario.to_yaml())),
+            'scenario': str(stored(scratch / 'scenario' / f'{scenario.name}.yaml', text)),
             'scenario_name': scenario.name,
         }
     # Not as a dictionary: launch would write the signal y unquoted, and ROS reads that as true.
@@ -80,6 +81,7 @@ def start(context):
 
 def stored(path, text):
     """Write ``text`` to ``path`` and return it."""
+    path.parent.mkdir(exist_ok=True)
     path.write_text(text, encoding='utf-8')
     return path
 

@@ -35,6 +35,19 @@ def _pulses():
     return pulses
 
 
+def stamped(signals, time_scale=10.0):
+    """The signals with stamps in nanoseconds for their model times."""
+    return {
+        name: (np.rint(np.asarray(t) * (1e9 / time_scale)).astype(np.int64).tolist(), x)
+        for name, (t, x) in signals.items()
+    }
+
+
+@pytest.fixture(name='stamped')
+def _stamped():
+    return stamped
+
+
 @pytest.fixture
 def loop_signals():
     """Make signals over model time, every 0.2 until ``end``, with events at the given times."""
@@ -51,7 +64,7 @@ def make_bag(tmp_path, loop_signals):
     """Write a bag of signals with events at the given times; return its path."""
 
     def make(name='bag', *, end=260.0, text=SCENARIO, storage='mcap', **events):
-        write_bag(tmp_path / name, loop_signals(end, **events), 10.0, 'made', text, storage)
+        write_bag(tmp_path / name, stamped(loop_signals(end, **events)), 'made', text, storage)
         return tmp_path / name
 
     return make

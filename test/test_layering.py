@@ -12,9 +12,10 @@ MAY_IMPORT = {
     'errors': set(),
     'models': {'models', 'errors'},
     'simulation': {'simulation', 'models', 'errors'},
-    'analysis': {'analysis', 'models', 'errors'},
+    'analysis': {'analysis', 'models', 'errors', 'cdr'},
+    'cdr': set(),
     'nodes': {
-        'nodes', 'models', 'simulation', 'errors', 'parameter', 'parameters', 'scenario',
+        'nodes', 'models', 'simulation', 'errors', 'cdr', 'parameter', 'parameters', 'scenario',
         'analysis.events', 'analysis.bags',
     },
 }  # fmt: skip

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from ..cdr import packed
 from ..errors import BagError
 from ..models.roles import SIGNALS
 
@@ -350,28 +351,22 @@ class BagWriter:
 
 def write_bag(
     path: str | Path,
-    signals: Mapping[str, tuple[Array, Array]],
-    time_scale: float,
+    signals: Mapping[str, tuple[Sequence[int], Array]],
     scenario_name: str,
     scenario_yaml: str,
     storage: str = 'mcap',
 ) -> None:
-    """Write signals over model time as a rosbag2 whose clock starts at 0.
+    """Write signals as a rosbag2.
 
-    ``signals`` maps each name to (t, values), t in model time. Raises BagError.
+    ``signals`` maps each name to (stamps, values), both of shape (n,), stamps in nanoseconds.
+    Raises BagError.
     """
     writer = BagWriter(path, storage, scenario_yaml, scenario_name)
     samples = []
-    for name, (t, values) in signals.items():
+    for name, (stamps, values) in signals.items():
         topic = f'/{name}'
         writer.add(topic, FLOAT64)
-        stamps = np.rint(np.asarray(t) * (1e9 / time_scale)).astype(np.int64).tolist()
         samples += [(stamp, topic, value) for stamp, value in zip(stamps, values, strict=True)]
     for stamp, topic, value in sorted(samples, key=lambda s: s[0]):
-        writer.write(topic, stamp, encode(value))
+        writer.write(topic, stamp, packed(value))
     writer.close()
-
-
-def encode(value: float) -> bytes:
-    """Return the CDR serialisation of a Float64 message."""
-    return struct.pack('<BBBBd', 0, 1, 0, 0, value)

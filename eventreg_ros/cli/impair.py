@@ -97,5 +97,5 @@ def need_real_time(scenario: Scenario) -> None:
     if links:
         raise EventregError(
             f'lockstep waits for every sample, so that {", ".join(links)} could delay nothing; '
-            f'leave out --lockstep, or simulate --sampled --delay'
+            f'leave out --lockstep'
         )

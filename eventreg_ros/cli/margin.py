@@ -21,12 +21,19 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import asdict
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import EventregError
-from .arguments import add_json, add_scenario, add_window, load_scenario, positive, write_json
+from .arguments import (
+    add_json,
+    add_scenario,
+    add_window,
+    load_scenario,
+    need_writable,
+    positive,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from ..margin import Limit, Map
@@ -65,9 +72,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Search and print the margins, draw the picture if asked for, and return 0."""
     from ..margin import delay_and_loss, margins, reach
+    from ..simulation.jit import compiles
     from ..trial import Setting
 
     check_plot(args.plot)
+    need_writable(args.json)
     scenario = load_scenario(args)
     setting = Setting(args.duration, args.settle, args.window, args.seeds, args.rate)
     found: Map | None = None
@@ -75,14 +84,14 @@ def main(args: argparse.Namespace) -> int:
     try:
         limits = margins(scenario, setting, line.show)
         if args.plot is not None:
-            size = SMALLER if find_spec('numba') is None else {}
+            size = {} if compiles() else SMALLER
             found = delay_and_loss(scenario, reach(limits), setting, line.show, **size)
     finally:
         line.clear()
+    print(table(scenario, setting, limits), flush=True)
+    write_json(args.json, result(scenario, setting, limits, found))
     if found is not None:
         draw(args.plot, found, scenario, setting)
-    write_json(args.json, result(scenario, setting, limits, found))
-    print(table(scenario, setting, limits))
     return 0
 
 
@@ -112,8 +121,7 @@ def check_plot(path: Path | None) -> None:
         raise EventregError(
             f'--plot must end in .{", .".join(METADATA)}, got {str(path)!r}; name another file'
         )
-    if not path.parent.is_dir():
-        raise EventregError(f'cannot write {path}: no directory {path.parent}; name another file')
+    need_writable(path)
 
 
 def draw(path: Path, found: Map, scenario: Scenario, setting: Setting) -> None:

@@ -50,7 +50,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, record, analyse; see the contract for the exit codes."""
-    scenario = with_links(load_scenario(args, ('spike_monitor', 'recorder')), args.links)
+    implicit = ('spike_monitor', 'recorder', *(('clock',) if args.lockstep else ()))
+    scenario = with_links(load_scenario(args, implicit), args.links)
     bag = args.bag or chosen_path(scenario)
     check(scenario, bag, args.json)
     session = Session(scenario, bag, args.duration, lockstep=args.lockstep, composed=args.composed)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import EventregError
 from ..parameters import kind_of, resolve
 from ..scenario import Scenario
+from ..simulation.wiring import count_steps
 from .domain import loopback_domain
 from .impair import need_real_time
 from .processes import Processes, node_command
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 LEAD = 1.5
 """Seconds between the activation of the nodes and the first sample."""
+
+SILENCE = 10.0
+"""Seconds without diagnostics, which come once a second, after which the clock counts as dead."""
 
 FIRST, LAST = ('recorder', 'spike_monitor'), ('clock',)
 """Nodes that are activated before and after the others."""
@@ -58,18 +62,27 @@ def in_lockstep(scenario: Scenario, seconds: float) -> Scenario:
     """Return a completed scenario whose nodes go in lockstep for simulated ``seconds``.
 
     An input that nobody publishes is left out, since nobody would send the sample to wait for.
+    Raises EventregError when there is not one step in ``seconds``.
     """
+    steps = count_steps(seconds * scenario.time_scale, scenario.time_scale / scenario.rate)
+    if not steps:
+        raise EventregError(
+            f'{seconds:g} s hold not one step of 1 / {scenario.rate:g} s; take a longer --duration'
+        )
     common = {'lockstep': True, 'use_sim_time': True}
-    extra: dict[str, dict[str, Any]] = {name: dict(common) for name in scenario.nodes}
-    for name, values in scenario.nodes.items():
+    others = {name: values for name, values in scenario.nodes.items() if name != 'clock'}
+    extra: dict[str, dict[str, Any]] = {name: dict(common) for name in others}
+    for name, values in others.items():
         for key in ('excitatory', 'inhibitory', 'signals'):
             if key in values:
                 extra[name][key] = [s for s in values[key] if s in scenario.publishers]
         extra[name]['rate'] = scenario.rate
     extra['clock'] = {
-        'participants': list(scenario.nodes),
-        'steps': round(seconds * scenario.rate),
+        # a monitor of no signal has no step to make
+        'participants': [name for name in others if extra[name].get('signals') != []],
+        'steps': steps,
         'rate': scenario.rate,
+        'lockstep_timeout': max(values.get('lockstep_timeout', 0.0) for values in others.values()),
     }
     return _extended(scenario, extra)
 
@@ -126,12 +139,14 @@ class Session:
             shutil.rmtree(scratch, ignore_errors=True)
 
     def _within(self, scratch: Path, environment: dict[str, str]) -> None:
-        stored = scratch / f'{self.scenario.name}.yaml'
+        stored = scratch / 'scenario' / f'{self.scenario.name}.yaml'
+        stored.parent.mkdir()
         stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
         whole = complete(self.scenario, self.bag, stored)
         if self.lockstep:
             need_real_time(self.scenario)
             whole = in_lockstep(whole, self.duration)
+            self.duration = whole.nodes['clock']['steps'] / whole.rate
         parameters = scratch / 'parameters.yaml'
         parameters.write_text(whole.to_yaml(), encoding='utf-8')
         os.environ.update(environment)
@@ -204,6 +219,8 @@ class Session:
             conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
             self._tell_deaths(now)
             self._note_faults(conductor)
+            if self.lockstep:
+                self._note_silence(conductor)
             progress.show(max(0.0, now), conductor.counts)
             if self.over or (self.lockstep and self.troubles):
                 return
@@ -232,6 +249,12 @@ class Session:
             trouble = f'{node.strip("/")}: {message}'
             if trouble not in self.troubles:
                 self.troubles.append(trouble)
+
+    def _note_silence(self, conductor: Conductor) -> None:
+        """In lockstep all wait for all: nobody steps any more when the clock is stopped."""
+        silent = conductor.silence('clock')
+        if silent > SILENCE:
+            self.troubles.append(f'clock has said nothing for {silent:.0f} s; it was stopped')
 
 
 @contextmanager

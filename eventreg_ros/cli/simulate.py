@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from .arguments import (
     add_scenario,
     add_window,
     load_scenario,
+    need_writable,
     nonnegative,
     positive,
     write_json,
@@ -20,6 +22,7 @@ from .arguments import (
 if TYPE_CHECKING:
     from ..analysis.verdict import Report
     from ..api import Run
+    from ..scenario import Scenario
 
 IMPAIRMENTS = ('delay', 'loss', 'jitter', 'seed')
 
@@ -62,9 +65,21 @@ def main(args: argparse.Namespace) -> int:
     _ = scenario.rate, scenario.time_scale  # raises unless all nodes, stimulus too, agree
     run = simulate(scenario, args.duration, sampled=args.sampled, **impairments)
     report = judge(run, args.settle, args.window)
+    print(table(report), flush=True)
+    _tell_rounding(args.delay, scenario)
     _write(args, run, report)
-    print(table(report))
     return EXIT_CODES[report['verdict']]
+
+
+def _tell_rounding(delay: float | None, scenario: Scenario) -> None:
+    h = scenario.time_scale / scenario.rate
+    used = round((delay or 0.0) / h) * h
+    if abs(used - (delay or 0.0)) > 1e-9 * h:
+        print(
+            f'eventreg: --delay {delay:g} was rounded to {used:g}, whole steps of {h:g}; '
+            f'a higher rate has finer ones',
+            file=sys.stderr,
+        )
 
 
 def _check(args: argparse.Namespace) -> dict[str, Any]:
@@ -78,8 +93,10 @@ def _check(args: argparse.Namespace) -> dict[str, Any]:
             f'--{next(iter(given))} needs --sampled: without it the loop is one continuous system '
             f'that has no links; add --sampled'
         )
+    need_writable(args.json)
     if args.out is not None:
         check_path(args.out)
+        need_writable(args.out)
     if args.bag is not None and args.bag.exists():
         raise EventregError(f'bag {args.bag} exists already; remove it or name another directory')
     return given
@@ -92,9 +109,12 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
         write_signals(args.out, run.t, run.signals)
     if args.bag is not None:
         from ..analysis.bags import write_bag
+        from ..simulation.grid import Grid
 
-        scenario, signals = run.scenario, {name: (run.t, x) for name, x in run.signals.items()}
-        write_bag(args.bag, signals, scenario.time_scale, scenario.name, scenario.to_yaml())
+        scenario, grid = run.scenario, Grid(run.scenario.rate)
+        stamps = [grid.stamp(n) for n in range(len(run.t))]
+        signals = {name: (stamps, x) for name, x in run.signals.items()}
+        write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
     write_json(args.json, report)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
+from ..cdr import unpacked
 from ..parameter import ACTIVE
 from ..scenario import block_spec
 from ..simulation.block import Block
@@ -15,8 +16,8 @@ from ..simulation.grid import SECOND
 from ..simulation.numbered import Numbered
 from ..simulation.samples import Samples
 from ..simulation.tally import Tally
-from .float64 import number_of, unpacked
-from .managed import ERROR, WARN, InfoCallback
+from .info import number_of
+from .managed import ERROR, OK, WARN, InfoCallback
 from .realtime import RealTime
 from .signal import SignalNode
 
@@ -89,6 +90,7 @@ class BlockNode(SignalNode):
 
     def _lines(self, n: int) -> tuple[list[float], list[float]]:
         assert isinstance(self.pace, RealTime)
+        assert self.pace.origin is not None
         grid = self.pace.grid
         start = grid.stamp(self.pace.origin + n)
         timeout = self.values['input_timeout'] * SECOND
@@ -129,6 +131,10 @@ class BlockNode(SignalNode):
                 self.pace.go()  # type: ignore[union-attr]
 
         return receive
+
+    def sources(self) -> dict[str, Any]:
+        """Return the subscriptions by signal."""
+        return self.subscriptions_by_input
 
     def ready(self, n: int) -> bool:
         """Say whether sample ``n`` of every input has come."""
@@ -173,6 +179,7 @@ class BlockNode(SignalNode):
             values[f'{signal}.not_finite'] = samples.not_finite
             if samples.received:
                 values.update(samples.period.figures(f'{signal}.period'))
+                values.update(samples.jitter.figures(f'{signal}.jitter'))
                 values.update(self.ages[i].figures(f'{signal}.age'))
                 values.update(self.delays[i].figures(f'{signal}.delay'))
                 delays[signal] = self.delays[i].take_recent()
@@ -182,21 +189,26 @@ class BlockNode(SignalNode):
             for signal, subscription in self.subscriptions_by_input.items()
             if subscription.get_publisher_count() > 1
         ]
+        found = [(level, message)]
         if several:
-            return WARN, f'several nodes publish {", ".join(several)}; stop all but one', values
+            found.append((WARN, f'several nodes publish {", ".join(several)}; stop all but one'))
         if quiet:
-            return WARN, f'silent, counted as 0: {", ".join(quiet)}', values
-        level, message = self._judge_delays(delays) or (level, message)
-        return level, message, values
+            found.append((WARN, f'silent, counted as 0: {", ".join(quiet)}'))
+        if delayed := self._judge_delays(delays):
+            found.append(delayed)
+        worst = max(level for level, _ in found)
+        messages = [message for level, message in found if level != OK]
+        return worst, '; '.join(messages) or message, values
 
     def _judge_delays(self, delays: dict[str, float]) -> tuple[bytes, str] | None:
         """Return level and message when a delay of the last second comes near the margin."""
-        margin = self.values['delay_margin']
+        own = 'delay_margin' if self.spec.hold == 'linear' else 'delay_margin_zero'
+        margin = self.values[own]
         signal = max(delays, key=lambda name: delays[name], default=None)
         if signal is None:
             return None
         delay = delays[signal] * self.values['time_scale']
-        if delay < self.values['delay_warn'] * margin:
+        if delay < self.values['delay_warn'] * margin or delay <= 0.0:
             return None
         level = ERROR if delay >= margin else WARN
         return level, (

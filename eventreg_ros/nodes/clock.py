@@ -15,12 +15,15 @@ from std_srvs.srv import Trigger
 
 from ..parameter import ACTIVE
 from ..simulation.grid import Grid
-from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS
-from .managed import OK, ManagedNode
+from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS, WATCH
+from .managed import OK, WARN, ManagedNode
 from .ros import run_node
 
 TICK, IDLE = 0.001, 0.1
 """Seconds between looks at the wall clock: where it holds the steps back, and where not."""
+
+PATIENCE = 2.0
+"""Seconds beyond the participants' own limit, so that who knows the link speaks first."""
 
 
 class ClockNode(ManagedNode):
@@ -37,6 +40,9 @@ class ClockNode(ManagedNode):
         """Create the topics and the services pause, resume and step."""
         self.grid = Grid(self.values['rate'])
         self.reached = {self._full(name): -1 for name in self.values['participants']}
+        self.watchdog = self.create_timer(
+            WATCH, self._watch, clock=RosClock(clock_type=ClockType.STEADY_TIME)
+        )
         self.time_publisher = self.create_publisher(Clock, '/clock', 10)
         self.grant_publisher = self.create_publisher(UInt64, GRANT, LAST_QOS)
         self.subscription = self.create_subscription(Header, REACHED, self._on_reached, REACHED_QOS)
@@ -52,6 +58,7 @@ class ClockNode(ManagedNode):
     def shut(self) -> None:
         """Destroy them."""
         if hasattr(self, 'subscription'):
+            self.destroy_timer(self.watchdog)
             self.destroy_subscription(self.subscription)
             self.destroy_publisher(self.time_publisher)
             self.destroy_publisher(self.grant_publisher)
@@ -64,8 +71,8 @@ class ClockNode(ManagedNode):
         self.granted = self.told = -1
         self.paused = False
         self.allowance = 0
-        self._paced_from = 0
-        self._begun = time.monotonic()
+        self._paced_from = max(self.now_at, 0)
+        self._begun = self._moved = time.monotonic()
         self._wall = self._look_at_wall()
         self._move()
 
@@ -107,13 +114,30 @@ class ClockNode(ManagedNode):
             return  # somebody is not there yet
         may = self._limit(at)
         if may > self.granted:
-            self.granted = may
+            self.granted, self._moved = may, time.monotonic()
             self.send(self.grant_publisher, UInt64(data=may))
         at = self.now_at
         if at > self.told:
-            self.told = at
+            self.told, self._moved = at, time.monotonic()
             now = Time(nanoseconds=self.grid.stamp(at)).to_msg()
             self.send(self.time_publisher, Clock(clock=now))
+
+    def _watch(self) -> None:
+        """Break off when those that are behind do not say why: they may be stopped or gone."""
+        if self.stage != ACTIVE or self.fault is not None or not self.behind():
+            return
+        limit = self.values['lockstep_timeout'] + PATIENCE
+        if self.now_at >= 0 and time.monotonic() - self._moved >= limit:
+            self.break_off(
+                f'lockstep stopped: {", ".join(self.behind())} made no step beyond {self.now_at} '
+                f'for {limit:g} s though {self.granted} are granted; look whether it still runs'
+            )
+
+    def behind(self) -> list[str]:
+        """Return the participants that all others wait for; before the start, those not there."""
+        at = self.now_at
+        waits = at < 0 or at < self.granted
+        return [name for name, n in self.reached.items() if n == at and waits]
 
     def _limit(self, at: int) -> int:
         """Return the last step that may be granted when everybody has reached ``at``."""
@@ -135,34 +159,47 @@ class ClockNode(ManagedNode):
         self._move()
 
     def _pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self.stage != ACTIVE:
+            return self._refusal(response)
         self.paused = True
         self.allowance = self.granted
         return self._answer(response)
 
     def _resume(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self.stage != ACTIVE:
+            return self._refusal(response)
         self.paused = False
         self._restart_pace()
         return self._answer(response)
 
     def _step(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self.stage != ACTIVE:
+            return self._refusal(response)
         if not self.paused:
             response.success, response.message = False, 'the clock runs; pause it first'
             return response
-        self.allowance = max(self.granted, 0) + 1
+        wanted, steps = max(self.granted, 0) + 1, int(self.values['steps'])
+        self.allowance = min(wanted, steps) if steps else wanted
         self._move()
         return self._answer(response)
 
     def _answer(self, response: Trigger.Response) -> Trigger.Response:
-        response.success = self.stage == ACTIVE
+        response.success = True
         response.message = f'at step {self.now_at}, granted up to {self.granted}'
         return response
 
+    def _refusal(self, response: Trigger.Response) -> Trigger.Response:
+        response.success, response.message = False, f'the clock is {self.stage}; activate it first'
+        return response
+
     def report(self) -> tuple[bytes, str, dict[str, object]]:
-        """Return the step, the grant, and who is behind."""
+        """Return the step, the grant, and who is behind; WARN while somebody is not there yet."""
         at = self.now_at
-        behind = [name for name, n in self.reached.items() if n == at and n < self.granted]
-        values = {'step': at, 'granted': self.granted, 'waiting_for': ' '.join(behind)}
-        return OK, 'paused' if self.paused else 'running', dict(values)
+        values: dict[str, object] = {'step': at, 'granted': self.granted}
+        values['waiting_for'] = ' '.join(self.behind())
+        if at < 0 and self.reached:
+            return WARN, f'waiting for {", ".join(self.behind())}', values
+        return OK, 'paused' if self.paused else 'running', values
 
 
 def main() -> int:

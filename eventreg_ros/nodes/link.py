@@ -13,6 +13,7 @@ from std_msgs.msg import Float64
 
 from ..simulation.grid import SECOND
 from ..simulation.wire import Impairment, Wire
+from .info import received_at
 from .managed import OK, ManagedNode
 from .ros import run_node
 from .signal import SIGNAL_QOS
@@ -77,7 +78,7 @@ class LinkNode(ManagedNode):
     def _receive(self, data: bytes, info: dict[str, Any]) -> None:
         if self.stage != 'active':
             return
-        waited = max(0, time.time_ns() - info['received_timestamp'])
+        waited = max(0, time.time_ns() - received_at(info))
         self.wire.push(time.monotonic_ns() - waited, data)
         self._deliver()
 

@@ -9,7 +9,7 @@ the node with a message that names the link.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rclpy.clock import Clock
@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from std_msgs.msg import Header, UInt64
 
+from ..parameter import ACTIVE
 from ..simulation.grid import Grid
 from .managed import OK, FaultError, ManagedNode
 
@@ -30,31 +31,42 @@ GRANT, REACHED = 'lockstep/grant', 'lockstep/reached'
 REACHED_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-EVERY = 250
+EVERY = 50
 """A participant tells every so many steps how far it got, and where the grant ends."""
+
+WATCH = 0.5
+"""Seconds between looks at whether there is progress."""
 
 
 class Participant:
     """One node's part in the exchange with the clock.
 
-    ``go`` is called when more steps are granted; ``missing(n)`` names what keeps the node from
-    taking step n. ``granted`` is the number of the last sample that may be made.
+    ``go`` is called when more steps are granted; ``missing()`` names the samples that the node
+    waits for, ``sources()`` its subscriptions by signal. ``granted`` is the number of the last
+    sample that may be made. Raises FaultError when a signal has two writers: their numbers mix.
     """
 
     def __init__(
-        self, node: ManagedNode, go: Callable[[], None], missing: Callable[[int], list[str]]
+        self,
+        node: ManagedNode,
+        go: Callable[[], None],
+        missing: Callable[[], list[str]],
+        sources: Callable[[], Mapping[str, Any]],
     ) -> None:
-        self._node, self._go, self._missing = node, go, missing
+        self._node, self._go, self._missing, self._sources = node, go, missing, sources
+        if doubled := self._doubled():
+            raise FaultError(doubled)
         self._name = node.get_fully_qualified_name()
         self._grid = Grid(node.values['rate'])
         self._patience: float = node.values['lockstep_timeout']
         self.granted = 0
-        self.reached = -1
+        self.reached = self._told = self._seen = -1
+        self._armed = False
         self._moved = time.monotonic()
         self._publisher = node.create_publisher(Header, REACHED, LAST_QOS)
         self._subscription = node.create_subscription(UInt64, GRANT, self._on_grant, LAST_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._watchdog = node.create_timer(0.5, self._watch, clock=steady)
+        self._watchdog = node.create_timer(WATCH, self._watch, clock=steady)
 
     def end(self) -> None:
         """Leave the exchange."""
@@ -73,27 +85,43 @@ class Participant:
             self._tell(n)
 
     def _tell(self, n: int) -> None:
+        self._told = n
         stamp = Time(nanoseconds=self._grid.stamp(n)).to_msg()
         self._node.send(self._publisher, Header(stamp=stamp, frame_id=self._name))
-        self._moved = time.monotonic()
 
     def _on_grant(self, message: UInt64) -> None:
         self.granted = message.data
+        self._armed = True  # before the first grant somebody may still be starting
         self._moved = time.monotonic()
         self._go()
         if self.reached == self.granted:
             self._tell(self.reached)
 
+    def _doubled(self) -> str | None:
+        several = [s for s, source in self._sources().items() if source.get_publisher_count() > 1]
+        if not several:
+            return None
+        return f'lockstep: several nodes publish {", ".join(several)}; stop all but one'
+
     def _watch(self) -> None:
-        if self.reached >= self.granted or time.monotonic() - self._moved < self._patience:
+        """Tell the clock of slow progress, and break off where there is none."""
+        if self._node.stage != ACTIVE or self._node.fault is not None:
             return
-        if self._node.stage == 'active':
-            n = self.reached
+        if doubled := self._doubled():
+            self._node.break_off(doubled)
+        elif self.reached != self._seen:
+            self._seen, self._moved = self.reached, time.monotonic()
+            if self.reached != self._told:
+                self._tell(self.reached)
+        elif self._armed and self.reached < self.granted and self._overdue():
             self._node.break_off(
-                f'lockstep stopped: {self._node.kind} waits for sample {max(n, 0)} of '
-                f'{", ".join(self._missing(n)) or "nothing"}, which did not come within '
+                f'lockstep stopped: {self._node.kind} waits for '
+                f'{", ".join(self._missing()) or "nothing"}, which did not come within '
                 f'{self._patience:g} s; look at who publishes it'
             )
+
+    def _overdue(self) -> bool:
+        return time.monotonic() - self._moved >= self._patience
 
 
 class Lockstep:
@@ -108,13 +136,17 @@ class Lockstep:
                 'cleanup and configure it first'
             )
         node.published = True
-        self.participant = Participant(node, self.go, node.missing)
+        self.participant = Participant(node, self.go, self._missing, node.sources)
         self._put(node.first())
         self.go()
 
     def end(self) -> None:
         """Stop."""
         self.participant.end()
+
+    def _missing(self) -> list[str]:
+        n = max(self.n, 0)
+        return [f'sample {n} of {what}' for what in self._node.missing(n)]
 
     def go(self) -> None:
         """Take every step that is granted and whose samples are there."""

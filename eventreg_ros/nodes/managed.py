@@ -17,6 +17,7 @@ from ..errors import EventregError, ParameterError
 from ..parameter import ACTIVE, INACTIVE, UNCONFIGURED
 from ..parameters import NODES, resolve
 from .declare import declare, widen
+from .info import received_at
 from .ros import RCLError, with_info
 
 InfoCallback = Callable[[bytes, dict[str, Any]], None]
@@ -159,6 +160,8 @@ class ManagedNode(LifecycleNode):
     def break_off(self, reason: str) -> None:
         """Go through the error state because of ``reason``; log and diagnostics say it."""
         self.fault = reason
+        if not self.context.ok():
+            return
         self.get_logger().error(
             f"{reason}; now unconfigured: mend it, then 'ros2 lifecycle set "
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
@@ -232,7 +235,7 @@ class ManagedNode(LifecycleNode):
         """
         if self.in_simulation_time:
             return int(self.get_clock().now().nanoseconds)
-        return int(min(info['source_timestamp'], info['received_timestamp']))
+        return int(min(info['source_timestamp'], received_at(info)))
 
     def publish_diagnostics(self) -> None:
         """Publish the state of this node on /diagnostics."""

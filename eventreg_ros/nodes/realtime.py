@@ -36,7 +36,9 @@ class RealTime:
         self._clock = node.get_clock()
         self._rate: float = node.values['rate']
         self.grid = Grid(self._rate)
-        self._early = 0 if node.in_simulation_time else round(node.values['precision'] * SECOND)
+        most = 0.5 * self.grid.period
+        early = min(node.values['precision'] * SECOND, most)
+        self._early = 0 if node.in_simulation_time else round(early)
         self._timer = node.create_timer(1.0 / self._rate, self._tick)
         self._fractional = self.grid.period != int(self.grid.period)
         if not node.in_simulation_time:
@@ -73,10 +75,10 @@ class RealTime:
         self._timer.cancel()
         self._node.destroy_timer(self._timer)
 
-    def _first_instant(self) -> int:
-        """Return the instant of sample 0; -1 while simulation time has not begun."""
+    def _first_instant(self) -> int | None:
+        """Return the instant of sample 0; None while simulation time has not begun."""
         now = self._now()
-        return self.grid.after(max(now + self._early, self._start - 1)) if now else -1
+        return self.grid.after(max(now + self._early, self._start - 1)) if now else None
 
     def _now(self) -> int:
         return int(self._clock.now().nanoseconds)
@@ -88,7 +90,7 @@ class RealTime:
             while now < instant <= now + self._early:
                 now = self._now()
         self.now = now
-        if self.origin < 0:
+        if self.origin is None:
             self.origin = self._first_instant()
             return
         if self._fractional:
@@ -120,6 +122,7 @@ class RealTime:
         node, value = self._node, math.nan
         if self.n < 0:
             value, self.n = node.sound(node.first()), 0
+        assert self.origin is not None
         excess = due - self.n - max(1, int(node.values['max_catch_up'] * self._rate))
         if excess > 0:
             self.origin += excess

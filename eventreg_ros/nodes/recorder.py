@@ -17,7 +17,8 @@ from std_msgs.msg import Float64, Header, UInt64
 from ..analysis.bags import BagWriter
 from ..errors import BagError
 from ..parameter import ACTIVE
-from .float64 import number_of
+from ..simulation.numbered import UNNUMBERED
+from .info import number_of
 from .lockstep import Participant
 from .managed import OK, ManagedNode
 from .ros import run_node
@@ -26,7 +27,7 @@ from .spike_monitor import COUNT_QOS, EVENT_QOS
 
 RECORD_QOS = QoSProfile(depth=2000)
 
-LOOK = 0.01
+LOOK = 0.002
 """Seconds between looks at what has come, in lockstep."""
 
 
@@ -62,6 +63,8 @@ class Recorder(ManagedNode):
     def _open_lockstep(self) -> None:
         """Record the signals row by row: sample n of all of them, stamped with its model step."""
         signals = self.values['signals']
+        if not signals:
+            raise BagError('recorder.signals must name a signal in lockstep, got []; name one')
         self.topics = [self.resolve_topic_name(signal) for signal in signals]
         self.waiting: list[list[bytes]] = [[] for _ in signals]
         self.row = 0
@@ -95,10 +98,10 @@ class Recorder(ManagedNode):
                 while (taken := source.handle.take_message(Float64, True)) is not None:
                     data, info = taken
                     number = number_of(info)
-                    if number > expected:
-                        self.break_off(
-                            f'sample {expected} of {signal} was lost; the bag ends before it'
-                        )
+                    if number is None or number > expected:
+                        self._write_rows(min(map(len, self.waiting)))
+                        lost = f'sample {expected} of {signal} was lost; the bag ends before it'
+                        self.break_off(UNNUMBERED if number is None else lost)
                         return
                     if number == expected:
                         queue.append(data)
@@ -119,13 +122,14 @@ class Recorder(ManagedNode):
             self.row += rows
             self.participant.reach(self.row - 1)
 
-    def _missing(self, n: int) -> list[str]:
-        return [s for s, queue in zip(self.recorded, self.waiting, strict=True) if not queue]
+    def _missing(self) -> list[str]:
+        queues = zip(self.recorded, self.waiting, strict=True)
+        return [f'sample {self.row} of {signal}' for signal, queue in queues if not queue]
 
     def begin(self) -> None:
         """Record from now on."""
         if self.values['lockstep']:
-            self.participant = Participant(self, lambda: None, self._missing)
+            self.participant = Participant(self, lambda: None, self._missing, lambda: self.sources)
             self.take_timer = self._steady(LOOK, self._take)
 
     def end(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
 
-from .float64 import packed
+from ..cdr import packed
 from .lockstep import Lockstep
 from .managed import FaultError, ManagedNode
 from .realtime import RealTime
@@ -42,6 +42,10 @@ class SignalNode(ManagedNode):
     def ready(self, n: int) -> bool:
         """Say whether sample ``n`` of every input has come (lockstep)."""
         return True
+
+    def sources(self) -> dict[str, Any]:
+        """Return the subscriptions by signal."""
+        return {}
 
     def missing(self, n: int) -> list[str]:
         """Return the inputs whose sample ``n`` has not come yet (lockstep)."""

@@ -11,9 +11,11 @@ from rclpy.time import Time
 from std_msgs.msg import Float64, Header, UInt64
 
 from ..analysis.events import EventDetector
+from ..cdr import unpacked
 from ..parameter import ACTIVE
 from ..simulation.grid import SECOND
-from .float64 import number_of, unpacked
+from ..simulation.numbered import UNNUMBERED
+from .info import number_of
 from .lockstep import Participant
 from .managed import OK, ManagedNode
 from .ros import run_node
@@ -54,7 +56,7 @@ class SpikeMonitor(ManagedNode):
         """Count from 0."""
         self._restart()
         if self.values['lockstep']:
-            self.participant = Participant(self, lambda: None, self._missing)
+            self.participant = Participant(self, lambda: None, self._missing, lambda: self.sources)
         for count in self.counts.values():
             self.send(count, UInt64(data=0))
         if self.participant is not None:
@@ -69,17 +71,26 @@ class SpikeMonitor(ManagedNode):
             self.participant.end()
             self.participant = None
 
-    def _step(self, signal: str, info: dict[str, Any]) -> int:
-        """Return the simulation time of a sample in lockstep, and tell the clock of it."""
+    def _fits(self, signal: str, number: int | None) -> bool:
+        """Say whether this is the next sample in lockstep; break off when one was left out."""
+        expected = self.seen[signal] + 1
+        if number is None or number > expected:
+            lost = f'lockstep stopped: sample {expected} of {signal} was lost'
+            self.break_off(UNNUMBERED if number is None else lost)
+        return number == expected
+
+    def _step(self, signal: str) -> int:
+        """Return the simulation time of the next sample in lockstep, and tell the clock of it."""
         assert self.participant is not None
-        self.seen[signal] = number_of(info)
+        self.seen[signal] += 1
         reached = min(self.seen.values())
         if reached > self.participant.reached:
             self.participant.reach(reached)
         return self.participant.stamp(self.seen[signal])
 
-    def _missing(self, n: int) -> list[str]:
-        return [signal for signal, seen in self.seen.items() if seen <= n]
+    def _missing(self) -> list[str]:
+        last = min(self.seen.values(), default=0)
+        return [f'sample {n + 1} of {signal}' for signal, n in self.seen.items() if n == last]
 
     def _restart(self) -> None:
         threshold, reset = self.values['threshold'], self.values['reset']
@@ -94,8 +105,13 @@ class SpikeMonitor(ManagedNode):
                 if self.values['lockstep']:
                     self.early.append((receive, data, info))
                 return
-            detector = self.detectors[signal]
-            stamp = self.stamp_of(info) if self.participant is None else self._step(signal, info)
+            detector, number = self.detectors[signal], number_of(info)
+            if self.participant is None:
+                stamp = self.stamp_of(info)
+            elif self._fits(signal, number):
+                stamp = self._step(signal)
+            else:
+                return
             t = detector.push((stamp - self.zero) / SECOND, unpacked(data))
             if t is not None:
                 stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()

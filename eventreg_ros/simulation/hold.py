@@ -24,12 +24,16 @@ What leads further is no slope but a jump, a controller's last u = 0, say, and i
 """
 
 
+SHORTEST = 1e-300
+"""Model time below which the length of a step is no divisor."""
+
+
 def horizon_in_steps(hold: str, h: float) -> float:
     """Return how many steps of length ``h`` (model time) a line is drawn onwards; ``zero``: none.
 
     At least the step itself is bridged, however long it is.
     """
-    return max(HORIZON / h, 1.0) + 1e-9 if hold == 'linear' else 0.0
+    return max(HORIZON / max(h, SHORTEST), 1.0) + 1e-9 if hold == 'linear' else 0.0
 
 
 def line(

@@ -40,6 +40,11 @@ def choose(parts: Parts, steps: int, compiled: bool | None) -> tuple[Kernel, boo
     return (_compile(parts), True) if compiled else (_plain(parts), False)
 
 
+def compiles() -> bool:
+    """Say whether numba is there to compile with."""
+    return _njit() is not None
+
+
 def _njit() -> Any:
     """Return numba's njit, or None where numba is missing or does not fit the other packages."""
     try:

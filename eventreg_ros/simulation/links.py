@@ -33,9 +33,10 @@ def received(
     """Return what ``links`` links have at each of ``steps`` steps; sample s is sent at step s.
 
     Each sample is lost with probability ``loss``, else it arrives ``delay`` steps later plus a
-    uniform part of ``jitter`` (steps), rounded. One that arrives after a newer one is discarded; of
-    those that arrive together all are used, in order. Every link has random numbers of its own,
-    which depend on ``seed`` and the link only: the same draws, whatever loss, jitter and duration.
+    uniform part of ``jitter`` (steps), rounded down: a node takes a step with all that has come
+    until it is due. One that arrives after a newer one is discarded; of those that arrive together
+    all are used, in order. Every link has random numbers of its own, which depend on ``seed`` and
+    the link only: the same draws, whatever loss, jitter and duration.
     """
     newest = np.empty((links, steps), dtype=np.int64)
     previous = np.empty_like(newest)
@@ -55,7 +56,7 @@ def _arrivals(
     arrival = sent + delay
     lost, late = (np.random.default_rng((seed, link, kind)) for kind in (0, 1))
     if jitter > 0.0:
-        arrival = arrival + np.rint(jitter * late.random(steps)).astype(np.int64)
+        arrival = arrival + np.floor(jitter * late.random(steps)).astype(np.int64)
     if loss > 0.0:
         kept = lost.random(steps) >= loss
         sent, arrival = sent[kept], arrival[kept]

@@ -7,6 +7,8 @@ from collections import deque
 
 from .hold import line
 
+UNNUMBERED = 'a sample came without a number, which lockstep needs; use rmw_fastrtps_cpp'
+
 
 class Numbered:
     """The samples of one input, by number from 0."""
@@ -18,9 +20,14 @@ class Numbered:
         self.flaw: str | None = None
         """What went wrong with the samples, None while they are sound and complete."""
 
-    def push(self, number: int, value: float) -> None:
+    def push(self, number: int | None, value: float) -> None:
         """Take sample ``number``; a gap or a value that is not finite is noted as the flaw."""
-        if self.flaw is not None or number < self.received:
+        if self.flaw is not None:
+            return
+        if number is None:
+            self.flaw = UNNUMBERED
+            return
+        if number < self.received:
             return
         if number > self.received:
             self.flaw = f'sample {self.received} was lost'

@@ -93,9 +93,9 @@ class Network:
         """Return all signals at n * h from 0 to ``duration`` (model time).
 
         Over step n every block uses the samples up to n that its links have received: each is lost
-        with probability ``loss`` and comes ``delay`` and a uniform part of ``jitter`` (model time)
-        late, rounded to steps; see :func:`.links.received`. Before the first, an input is 0. Links
-        of signals that are not ``on`` (None: all are) lose nothing and are not late.
+        with probability ``loss`` and comes ``delay`` (model time, rounded to steps) and a uniform
+        part of ``jitter`` (model time) late; see :func:`.links.received`. Before the first, an
+        input is 0. Links of signals that are not ``on`` (None: all are) are perfect.
         ``compiled`` says whether numba compiles the loop (None: where that pays); same bits.
         Raises EventregError for a bad value, or when a state stops being finite.
         """

@@ -22,7 +22,13 @@ RESTART = 1.0
 """Seconds back from which on a stamp is not out of order: the clock itself went back."""
 
 GAP = 1.8
-"""An interval of this many usual periods or more is a gap."""
+"""An interval of more than this many usual periods is a gap."""
+
+FIRST = 5
+"""Intervals before the usual one is known well enough to tell a gap."""
+
+PLAUSIBLE = 3.0
+"""Numbers that run ahead of time by more than this factor are another writer's."""
 
 GUARD = 0.125
 """Samples stamped within this part of a step before its end belong to the next one."""
@@ -41,6 +47,8 @@ class Samples:
         self.used: int | None = None
         """The stamp of the sample that the last step used, None when it used none."""
         self.period = Tally()
+        self.jitter = Tally()
+        """How far each interval was from the usual one."""
         self._number: int | None = None
         self._usual = 0.0
 
@@ -56,9 +64,7 @@ class Samples:
         number that was left out counts as lost.
         """
         if number is not None:
-            if self._number is not None and number > self._number + 1:
-                self.lost += number - self._number - 1
-            self._number = number if self._number is None else max(number, self._number)
+            self._note_number(number, stamp)
         if not math.isfinite(value):
             self.not_finite += 1
             return False
@@ -75,14 +81,27 @@ class Samples:
         self._kept.append((stamp, value))
         return True
 
+    def _note_number(self, number: int, stamp: int) -> None:
+        """Count the samples between the last one and ``number``, if the same writer sent both."""
+        before, self._number = self._number, number
+        if before is None or not self._kept:
+            return
+        since = (stamp - self._kept[-1][0]) / SECOND
+        if since <= 0.0:  # late or twice
+            self._number = max(before, number)
+        elif (number - before) * self._usual <= PLAUSIBLE * since:
+            self.lost += max(number - before - 1, 0)
+
     def _note_period(self, seconds: float) -> None:
         self.period.add(seconds)
-        if self._usual == 0.0:
+        count = self.period.count
+        if count == 1:
             self._usual = seconds
-        elif seconds > GAP * self._usual:
+        self.jitter.add(abs(seconds - self._usual))
+        if count > FIRST and seconds > GAP * self._usual:
             self.gaps += 1
-        else:
-            self._usual += 0.05 * (seconds - self._usual)
+        # A gap moves the usual period too, but no further than the interval that is just no gap.
+        self._usual += max(0.05, 1.0 / count) * (min(seconds, GAP * self._usual) - self._usual)
 
     def over(
         self, start: int, period: float, timeout: float, horizon: float

@@ -2,12 +2,13 @@
 
 import pytest
 
-from eventreg_ros.analysis.bags import FLOAT64, BagWriter, encode, read_bag
+from eventreg_ros.analysis.bags import FLOAT64, BagWriter, read_bag
+from eventreg_ros.cdr import packed
 
 ROWS = 20_000  # more than a chunk
 STAMPS = [5_000_000 * n for n in range(ROWS)]
 COLUMNS = {
-    f'/{name}': [encode(sign * n) for n in range(ROWS)] for name, sign in (('w', 1), ('y', -1))
+    f'/{name}': [packed(sign * n) for n in range(ROWS)] for name, sign in (('w', 1), ('y', -1))
 }
 
 

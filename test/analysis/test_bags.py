@@ -10,7 +10,8 @@ import sys
 import numpy as np
 import pytest
 
-from eventreg_ros.analysis.bags import FLOAT64, BagWriter, encode, read_bag, write_bag
+from eventreg_ros.analysis.bags import FLOAT64, BagWriter, read_bag, write_bag
+from eventreg_ros.cdr import packed
 from eventreg_ros.errors import BagError
 
 STORAGES = ('mcap', 'sqlite3')
@@ -33,7 +34,7 @@ def write(path, storage, samples, scenario=TEXT, name='made', close=True):
     for topic in dict.fromkeys(topic for topic, _, _ in samples):
         writer.add(topic, FLOAT64)
     for topic, stamp, value in samples:
-        writer.write(topic, stamp, encode(value))
+        writer.write(topic, stamp, packed(value))
     if close:
         writer.close()
     return writer
@@ -75,10 +76,10 @@ def test_values_and_stamps_come_back_to_the_last_bit(tmp_path, storage):
 
 
 @pytest.mark.parametrize('storage', STORAGES)
-def test_a_bag_of_signals_over_model_time(tmp_path, storage):
+def test_a_bag_of_signals_over_model_time(tmp_path, storage, stamped):
     t = np.arange(1001) * 0.05
     signals = {'w': (t, np.cos(t)), 'y': (t[::2], np.sin(t[::2]))}
-    write_bag(tmp_path / 'bag', signals, 10.0, 'made', TEXT, storage)
+    write_bag(tmp_path / 'bag', stamped(signals), 'made', TEXT, storage)
     recording = read_bag(tmp_path / 'bag')
     assert (recording.scenario, recording.name) == (TEXT, 'made')
     assert recording.signals['w'][0].tolist() == [5_000_000 * i for i in range(1001)]
@@ -128,7 +129,7 @@ def test_other_topics_are_left_alone(tmp_path):
     writer = BagWriter(tmp_path / 'bag', 'mcap', None, None)
     writer.add('/y', FLOAT64)
     writer.add('/spikes/y/count', 'std_msgs/msg/UInt64')
-    writer.write('/y', START, encode(1.0))
+    writer.write('/y', START, packed(1.0))
     writer.write('/spikes/y/count', START, struct.pack('<BBBBQ', 0, 1, 0, 0, 7))
     writer.close()
     assert read_bag(tmp_path / 'bag').signals.keys() == {'y'}
@@ -139,7 +140,7 @@ def test_big_and_little_endian_messages(tmp_path):
     writer.add('/y', FLOAT64)
     for i, value in enumerate(VALUES):
         big = struct.pack('>BBBBd', 0, 0, 0, 0, value)
-        writer.write('/y', START + i, encode(value) if i % 2 else big)
+        writer.write('/y', START + i, packed(value) if i % 2 else big)
     writer.close()
     assert bits(read_bag(tmp_path / 'bag').signals['y'][1]) == bits(VALUES)
 
@@ -149,7 +150,7 @@ def test_a_message_as_ros_serializes_it():
 
     store = get_typestore(Stores.ROS2_JAZZY)
     message = store.types[FLOAT64](data=-1.25)
-    assert bytes(store.serialize_cdr(message, FLOAT64)) == encode(-1.25)
+    assert bytes(store.serialize_cdr(message, FLOAT64)) == packed(-1.25)
 
 
 # Namespaces -------------------------------------------------------------------------------------
@@ -185,7 +186,7 @@ def test_what_was_flushed_can_be_read_while_the_writer_lives(tmp_path, storage):
     writer = write(tmp_path / 'bag', storage, samples[:200], close=False)
     writer.flush()
     for topic, stamp, value in samples[200:]:
-        writer.write(topic, stamp, encode(value))
+        writer.write(topic, stamp, packed(value))
     recording = read_bag(tmp_path / 'bag')
     assert recording.signals['y'][1].tolist() == [float(i) for i in range(200)]
     assert (recording.scenario, recording.name) == (TEXT, 'made')
@@ -195,7 +196,8 @@ def test_what_was_flushed_can_be_read_while_the_writer_lives(tmp_path, storage):
 
 KILLED = """
 import os, signal, sys
-from eventreg_ros.analysis.bags import FLOAT64, BagWriter, encode
+from eventreg_ros.analysis.bags import FLOAT64, BagWriter
+from eventreg_ros.cdr import packed
 writer = BagWriter(sys.argv[1], sys.argv[2], 'plant: {ros__parameters: {}}', 'killed')
 for topic in ('/w', '/y'):
     writer.add(topic, FLOAT64)
@@ -203,8 +205,8 @@ if sys.argv[2] == 'sqlite3':  # so that what is not committed reaches the file b
     writer._writer.storage.conn.execute('PRAGMA cache_size=10')
 for i in range(30000):
     # y is stamped before w, but written after it: killed bags are not ordered
-    writer.write('/w', 1000 * i + 500, encode(float(i)))
-    writer.write('/y', 1000 * i, encode(-float(i)))
+    writer.write('/w', 1000 * i + 500, packed(float(i)))
+    writer.write('/y', 1000 * i, packed(-float(i)))
     if i in (999, 19999):
         writer.flush()
 os.kill(os.getpid(), signal.SIGKILL)
@@ -262,7 +264,7 @@ def test_a_database_in_wal_mode_whose_writer_was_killed(tmp_path):
     connection.execute('PRAGMA journal_mode=WAL')
     connection.execute('PRAGMA wal_autocheckpoint=0')
     query = 'INSERT INTO messages (topic_id, timestamp, data) VALUES (1, ?, ?)'
-    connection.execute(query, (START + 1, encode(2.0)))
+    connection.execute(query, (START + 1, packed(2.0)))
     connection.commit()
     killed = tmp_path / 'killed'
     killed.mkdir()
@@ -283,7 +285,7 @@ def flushed(tmp_path_factory):
         if i % 20 == 0:
             writer.flush()
             marks.append((file.stat().st_size, i))
-        writer.write('/y', START + i, encode(float(i)))
+        writer.write('/y', START + i, packed(float(i)))
     writer.flush()
     marks.append((file.stat().st_size, 60))
     unfinished = file.read_bytes()
@@ -381,7 +383,7 @@ def test_a_bag_of_something_else(tmp_path):
     assert '(it has /chatter (std_msgs/msg/String)); record w, v, y, y_r and u' in message
 
 
-@pytest.mark.parametrize('data', [b'', b'\x00\x01\x00\x00', encode(1.0) + b'\x00' * 4])
+@pytest.mark.parametrize('data', [b'', b'\x00\x01\x00\x00', packed(1.0) + b'\x00' * 4])
 def test_a_message_of_the_wrong_size(tmp_path, data):
     writer = BagWriter(tmp_path / 'bag', 'mcap', None, None)
     writer.add('/y', FLOAT64)

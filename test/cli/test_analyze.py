@@ -6,7 +6,8 @@ import shutil
 import pytest
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.analysis.bags import FLOAT64, BagWriter, encode, write_bag
+from eventreg_ros.analysis.bags import FLOAT64, BagWriter, write_bag
+from eventreg_ros.cdr import packed
 from eventreg_ros.cli.main import main
 
 W = [110, 150, 190, 230]
@@ -143,7 +144,7 @@ def test_a_namespace_may_be_chosen(analyze, tmp_path, loop_signals, refused):
         for name, (t, x) in loop_signals(w=W, y=y, u=U).items():
             writer.add(f'{home}/{name}', FLOAT64)
             for i in range(len(t)):
-                writer.write(f'{home}/{name}', i * 20_000_000, encode(x[i]))
+                writer.write(f'{home}/{name}', i * 20_000_000, packed(x[i]))
     writer.close()
     assert analyze(tmp_path / 'bag', '--namespace', '/a')[0] == 0
     assert analyze(tmp_path / 'bag', '--namespace', 'b')[0] == 1
@@ -241,7 +242,7 @@ def test_a_killed_recording_is_judged_as_far_as_it_goes(
         writer.add(f'/{name}', FLOAT64)
     for i, t in enumerate(signals['w'][0]):
         for name, (_, x) in signals.items():
-            writer.write(f'/{name}', i * 20_000_000, encode(x[i]))
+            writer.write(f'/{name}', i * 20_000_000, packed(x[i]))
         if t == until:
             writer.flush()
     shutil.copytree(tmp_path / 'bag', tmp_path / 'killed')
@@ -257,9 +258,9 @@ def test_a_bag_may_be_moved(make_bag, analyze, tmp_path, loop_signals):
     assert analyze(tmp_path / 'elsewhere')[0] == 0
 
 
-def test_the_same_bag_gives_the_same_json(tmp_path, analyze, loop_signals):
+def test_the_same_bag_gives_the_same_json(tmp_path, analyze, loop_signals, stamped):
     text = scenarios.load('exact').to_yaml()
     for i in range(2):
-        write_bag(tmp_path / f'{i}', loop_signals(w=W, y=[], u=U), 10.0, 'exact', text)
+        write_bag(tmp_path / f'{i}', stamped(loop_signals(w=W, y=[], u=U)), 'exact', text)
         analyze(tmp_path / f'{i}', '--json', tmp_path / f'{i}.json')
     assert (tmp_path / '0.json').read_text() == (tmp_path / '1.json').read_text()

@@ -83,7 +83,7 @@ def test_all_of_the_link_node_can_be_given_and_with_its_type():
         (['u:delay=long'], ParameterError, "finite number >= 0 and <= 60, got 'long'"),
         (['u:delay=nan'], ParameterError, 'finite number >= 0'),
         (['u:loss=2'], ParameterError, '<= 1, got 2.0'),
-        (['u:seed=1.5'], ParameterError, "whole number >= 0, got '1.5'"),
+        (['u:seed=1.5'], ParameterError, "whole number >= 0 and <= 9.0072e+15, got '1.5'"),
         (['u:order=none'], ParameterError, 'one of newest, fifo, any'),
         ([':delay=1'], ParameterError, 'SIGNAL:NAME=VALUE'),
     ],

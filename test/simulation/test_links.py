@@ -12,7 +12,7 @@ def mailbox(steps, link, *, delay, loss, jitter, seed):
     rows = []
     for n in range(steps):
         for s in range(n + 1):
-            arrival = s + delay + int(np.rint(jitter * late[s]))
+            arrival = s + delay + int(jitter * late[s])
             if arrival == n and lost[s] >= loss and s > newest:
                 newest, previous = s, newest
         rows.append((newest, previous))

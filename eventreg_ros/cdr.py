@@ -1,18 +1,12 @@
-"""Signals as they travel: Float64 messages in CDR, and the number that their writer gave them."""
+"""Signals as they travel and are recorded: std_msgs/Float64 messages in CDR."""
 
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 _LITTLE, _BIG = struct.Struct('<4xd'), struct.Struct('>4xd')
 _CDR = struct.Struct('<4sd')
 _HEADER = bytes((0, 1, 0, 0))
-
-
-def number_of(info: dict[str, Any]) -> int:
-    """Return the number of a sample, from 0, by its writer's count."""
-    return int(info['publication_sequence_number']) - 1
 
 
 def packed(value: float) -> bytes:
