@@ -164,7 +164,7 @@ def prepared(scratch: Path) -> tuple[list[str], Path]:
     loop.given.pop('spike_monitor')
     loop.nodes.pop('spike_monitor')
     (scratch / 'exact.yaml').write_text(loop.to_yaml())
-    whole = in_lockstep(loop, 1e6)
+    whole = in_lockstep(loop, 1e5)
     (scratch / 'parameters.yaml').write_text(whole.to_yaml())
     return list(whole.nodes), scratch / 'parameters.yaml'
 

@@ -4,8 +4,11 @@ import re
 
 import pytest
 
+from eventreg_ros import certificates, simulate
 from eventreg_ros import scenario as scenarios
+from eventreg_ros.cli.impair import with_links
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
+from eventreg_ros.margin import margins
 from eventreg_ros.scenario import config_directory, load, parse, shipped
 
 # The paper (paper.tex): (k_p, tau_p) = (1, 1/11) in every caption; (k_w, tau_w), (k_eta, tau_eta)
@@ -390,3 +393,10 @@ def test_bad_overrides_are_one_line(override, words):
     message = str(caught.value)
     assert words in message
     assert '\n' not in message
+
+
+@pytest.mark.parametrize('tool', [simulate, certificates, margins], ids=lambda tool: tool.__name__)
+def test_offline_tools_refuse_links_instead_of_cutting_the_wire(tool):
+    linked = with_links(load('exact'), ['u:delay=0.001'])
+    with pytest.raises(ScenarioError, match='has link_u, and links are for real nodes only'):
+        tool(linked)

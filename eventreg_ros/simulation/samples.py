@@ -24,7 +24,7 @@ RESTART = 1.0
 GAP = 1.8
 """An interval of more than this many usual periods is a gap."""
 
-FIRST = 5
+FIRST = 8
 """Intervals before the usual one is known well enough to tell a gap."""
 
 PLAUSIBLE = 3.0

@@ -42,6 +42,21 @@ def test_processes_composed_and_simulated_are_the_same_bytes(eventreg, tmp_path)
     assert data(bags[0]) == data(bags[1]) == data(bags[2])
 
 
+def test_a_duration_of_no_whole_steps_ends(eventreg, tmp_path):
+    words = ['run', 'exact', '--lockstep', '--composed', '--bag', tmp_path / 'bag']
+    done = eventreg(*words, '--duration', '0.0123')
+    assert done.returncode == 3, done.stderr
+    assert len(read_bag(tmp_path / 'bag').signals['y'][1]) == 3
+
+
+def test_stamps_of_a_rate_of_no_whole_nanoseconds_are_the_same_too(eventreg, tmp_path):
+    bags = [tmp_path / 'run', tmp_path / 'simulate']
+    rate = ['-p', '/**.rate:=300', '--bag']
+    eventreg('run', 'exact', '--lockstep', '--composed', '--duration', '1', *rate, bags[0])
+    eventreg('simulate', 'exact', '--sampled', '--duration', '10', *rate, bags[1])
+    assert data(bags[0]) == data(bags[1])
+
+
 def test_a_block_killed_on_the_way_ends_the_run_and_keeps_the_bag(run, children, tmp_path):
     process = run('exact', '--lockstep', '--duration', '100000', '--bag', 'bag')
     assert 'clock' in process.stdout.readline()
@@ -56,7 +71,7 @@ def test_a_block_killed_on_the_way_ends_the_run_and_keeps_the_bag(run, children,
 
 
 def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(run, children):
-    process = run('exact', '--lockstep', '--duration', '100000', '-p', '/**.lockstep_timeout:=1.0')
+    process = run('exact', '--lockstep', '--duration', '100000', '-p', '/**.lockstep_timeout:=4.0')
     assert 'clock' in process.stdout.readline()
     assert ' of 100000 s' in process.stdout.readline()
     plant = children(process)['plant']

@@ -9,6 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.parameter import Parameter
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 
 from eventreg_ros import scenario as scenarios
@@ -205,6 +207,49 @@ def test_a_long_pause_is_caught_up_only_so_far_and_told(bench):
     assert node.pace.dropped == node.pace.origin - origin
     assert node.block.y == offline('exosystem', node.n)[-1]
     assert node.report()[0] == DiagnosticStatus.WARN
+
+
+def test_simulation_time_that_begins_anew_does_not_hold_the_node_up(bench):
+    clock = bench.peer.create_publisher(Clock, '/clock', 10)
+    node = bench.add(EXOSYSTEM, 'use_sim_time:=true')
+    now = 4_000_000_000
+
+    def tick():
+        nonlocal now
+        now += 5_000_000
+        clock.publish(Clock(clock=Time(nanoseconds=now).to_msg()))
+        bench.spin(0.001)
+        return node.n
+
+    bench.until(lambda: tick() >= 300)
+    now, n = 100_000_000, node.n
+    bench.until(lambda: tick() > n + 20)
+    assert node.pace.clock_jumps == 1
+    assert now < 1_000_000_000, 'it went on at once'
+    assert node.block.y == offline('exosystem', node.n)[-1]
+
+
+def test_precision_is_half_a_period_at_most(bench):
+    node = bench.add(EXOSYSTEM, 'precision:=0.01')
+    assert node.pace._early == 2_500_000
+
+
+def test_the_worst_that_is_known_is_told(bench):
+    node = bench.add(PLANT, 'delay_margin:=0.5', 'late_error:=2.0')
+    node.samples[0].received = 1
+    node.delays[0].add(0.045)  # a WARN
+    node.pace.lateness.add(1.0)  # an ERROR
+    level, message, _ = node.report()
+    assert level == DiagnosticStatus.ERROR
+    assert 'steps late' in message
+    assert 'delay margin' in message
+
+
+def test_the_margin_is_that_of_the_hold(bench):
+    node = bench.add(PLANT, 'hold:=zero', 'delay_margin:=0.5', 'delay_margin_zero:=0.2')
+    node.samples[0].received = 1
+    node.delays[0].add(0.025)
+    assert 'delay margin of the scenario (0.2)' in node.report()[1]
 
 
 def test_nodes_that_share_a_start_time_begin_at_the_same_instant(bench):

@@ -4,13 +4,17 @@ from functools import partial
 
 import numpy as np
 import pytest
-from std_msgs.msg import Float64
+from diagnostic_msgs.msg import DiagnosticStatus
+from std_msgs.msg import Float64, UInt64
 from std_srvs.srv import Trigger
 
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.analysis.bags import read_bag
+from eventreg_ros.cdr import packed
 from eventreg_ros.cli.session import complete, in_lockstep
+from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.composed import make
+from eventreg_ros.nodes.lockstep import GRANT, LAST_QOS
 from eventreg_ros.simulation.sampled import simulate_sampled
 
 WHOLE = ('exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear')
@@ -82,19 +86,37 @@ def test_nobody_moves_before_all_are_there(bench, lockstep):
     assert late.block.y == simulated('exact').signals['y'][-1]
 
 
-def test_a_sample_that_does_not_come_stops_the_node_and_names_the_link(bench, lockstep):
+@pytest.fixture
+def grant(bench):
+    """Grant steps in the clock's place."""
+    publisher = bench.peer.create_publisher(UInt64, GRANT, LAST_QOS)
+    return lambda n: publisher.publish(UInt64(data=n))
+
+
+def test_a_sample_that_does_not_come_stops_the_node_and_names_the_link(bench, lockstep, grant):
     nodes = lockstep('exact', '/**.lockstep_timeout:=0.6', start=False)
     nodes['plant'].trigger_configure()  # it will be there, and never send a sample
     for name in ('exosystem', 'controller', 'recorder', 'spike_monitor'):
         nodes[name].start()
-    controller = nodes['controller']
-    controller.pace.participant.granted = 10
-    controller.pace.go()
-    bench.until(lambda: controller.fault is not None)
-    assert 'waits for sample 0 of input y' in controller.fault
+    grant(10)
+    bench.until(lambda: nodes['controller'].fault is not None)
+    assert 'waits for sample 0 of input y' in nodes['controller'].fault
+    bench.until(lambda: nodes['recorder'].fault is not None)
+    assert 'waits for sample 0 of y' in nodes['recorder'].fault
 
 
-def test_a_lost_sample_stops_the_node(bench, lockstep):
+def test_before_the_first_grant_there_is_nothing_to_wait_for(bench, lockstep):
+    nodes = lockstep('exact', '/**.lockstep_timeout:=0.3', start=False)
+    for name in ('clock', 'recorder', 'spike_monitor'):
+        nodes[name].start()
+    bench.spin(1.5)  # five limits
+    assert [nodes[n].fault for n in ('clock', 'recorder', 'spike_monitor')] == [None] * 3
+    level, message, _ = nodes['clock'].report()
+    assert level == DiagnosticStatus.WARN
+    assert 'waiting for /exosystem, /plant, /controller' in message
+
+
+def test_a_lost_sample_stops_the_node(bench, lockstep, grant):
     nodes = lockstep('exact', '/**.lockstep_timeout:=0.6', start=False)
     controller = nodes['controller']
     controller.start()
@@ -102,10 +124,73 @@ def test_a_lost_sample_stops_the_node(bench, lockstep):
     y.publish(Float64(data=0.0))
     bench.until(lambda: controller.numbered[0].received == 1)
     controller.numbered[0].push(5, 0.0)
-    controller.pace.participant.granted = 10
-    controller.pace.go()
+    grant(10)
     bench.until(lambda: controller.fault is not None)
     assert 'sample 1 was lost' in controller.fault
+
+
+def test_the_monitor_misses_a_sample_too(bench, lockstep):
+    monitor = lockstep('exact', start=False)['spike_monitor']
+    monitor.start()
+    monitor._receiver('y')(packed(0.0), {'publication_sequence_number': 1})
+    monitor._receiver('y')(packed(0.0), {'publication_sequence_number': 3})
+    assert 'sample 1 of y was lost' in monitor.fault
+
+
+def test_a_middleware_that_does_not_number_messages_is_told(bench, lockstep):
+    monitor = lockstep('exact', start=False)['spike_monitor']
+    monitor.start()
+    monitor._receiver('y')(packed(0.0), {'publication_sequence_number': None})
+    assert 'rmw_fastrtps_cpp' in monitor.fault
+
+
+def test_a_loop_that_is_slow_is_not_stopped(bench, lockstep, grant):
+    nodes = lockstep('exact', '/**.lockstep_timeout:=0.9', start=False)
+    controller = nodes['controller']
+    controller.start()
+    y = bench.peer.create_publisher(Float64, 'y', controller.signal_qos)
+    bench.until(lambda: controller.matches()['y.publishers'] == 1)
+    grant(100)
+    for _ in range(5):  # longer than the limit in all, and fewer steps than are told by count
+        y.publish(Float64(data=0.0))
+        bench.spin(0.5)
+    assert controller.n == 5
+    assert controller.fault is None
+
+
+def test_two_writers_of_one_signal_are_refused(bench, lockstep):
+    nodes = lockstep('exact', start=False)
+    controller = nodes['controller']
+    nodes['plant'].start()
+    controller.start()
+    other = bench.peer.create_publisher(Float64, 'y', controller.signal_qos)
+    bench.until(lambda: controller.fault is not None)
+    assert 'several nodes publish y' in controller.fault
+    bench.peer.destroy_publisher(other)
+
+
+def test_one_that_makes_no_step_and_says_nothing_is_named_by_the_clock(
+    bench, lockstep, monkeypatch
+):
+    monkeypatch.setattr('eventreg_ros.nodes.clock.PATIENCE', 0.2)
+    nodes = lockstep('exact', '/**.lockstep_timeout:=1.0', seconds=1000.0)
+    bench.until(lambda: nodes['plant'].n > 100)
+    nodes['recorder'].take_timer.cancel()  # as if it were stopped
+    nodes['recorder'].participant._watchdog.cancel()
+    bench.until(lambda: nodes['clock'].fault is not None)
+    assert '/recorder made no step' in nodes['clock'].fault
+
+
+@pytest.mark.parametrize('service', ['pause', 'resume', 'step'])
+def test_a_clock_that_is_not_active_refuses(bench, lockstep, service):
+    clock = lockstep('exact', start=False)['clock']
+    clock.trigger_configure()
+    client = bench.peer.create_client(Trigger, f'/clock/{service}')
+    bench.until(client.service_is_ready)
+    future = client.call_async(Trigger.Request())
+    bench.until(future.done)
+    assert not future.result().success
+    assert 'activate' in future.result().message
 
 
 def test_the_clock_pauses_steps_and_resumes(bench, lockstep):
@@ -153,3 +238,22 @@ def test_activated_again_it_asks_to_be_configured_anew(bench, lockstep):
     plant.trigger_deactivate()
     plant.trigger_activate()
     assert 'cleanup' in plant.fault
+
+
+@pytest.mark.parametrize(('seconds', 'steps'), [(10.002, 2000), (0.005, 1), (0.3, 60)])
+def test_a_duration_holds_as_many_steps_as_offline(seconds, steps):
+    scenario = scenarios.load('exact')
+    assert in_lockstep(scenario, seconds).nodes['clock']['steps'] == steps
+    assert len(simulated('exact', seconds=seconds).t) == steps + 1
+
+
+def test_a_duration_without_a_step_is_refused():
+    with pytest.raises(EventregError, match='hold not one step'):
+        in_lockstep(scenarios.load('exact'), 0.001)
+
+
+def test_a_clock_of_the_scenario_s_own_is_no_participant():
+    scenario = scenarios.load('exact', ['clock.window:=7'], ('clock',))
+    clock = in_lockstep(scenario, 1.0).nodes['clock']
+    assert clock['window'] == 7
+    assert clock['participants'] == ['exosystem', 'plant', 'controller', 'spike_monitor']

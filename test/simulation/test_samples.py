@@ -66,6 +66,29 @@ def test_gaps_are_intervals_of_almost_two_periods():
     assert found.gaps == 1
 
 
+def test_a_period_learnt_wrong_is_learnt_anew():
+    # the first interval was short; then the writer came back at half the rate
+    found = samples(*((n, 0.0) for n in (0.8, 1, *range(2, 200))))
+    assert found.gaps == 0
+    for n in range(200, 2000, 2):
+        found.push(n * PERIOD, 0.0)
+    assert 1 <= found.gaps < 100
+
+
+def test_jitter_is_the_distance_from_the_usual_interval():
+    found = samples(*((n + 0.1 * (n % 2), 0.0) for n in range(100)))
+    assert found.jitter.percentile(50) == pytest.approx(0.1 * PERIOD / SECOND, rel=0.1)
+
+
+def test_losses_are_those_of_one_writer():
+    found = Samples()
+    numbers = [*range(100, 200), *range(0, 50, 2), *range(5000, 5010), 5012]
+    for n, number in enumerate(numbers):
+        found.push(n * PERIOD if number != 5012 else (n + 2) * PERIOD, 0.0, number)
+    # the second writer's every other sample was lost, the third one had sent 5000 before we came
+    assert found.lost == 24 + 2
+
+
 def test_a_clock_that_went_back_starts_afresh():
     found = Samples()
     found.push(100 * SECOND, 1.0)
