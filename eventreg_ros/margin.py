@@ -63,21 +63,22 @@ def margins(
 ) -> list[Limit]:
     """Return the limits of a scenario: for each hold that of delay, of loss and of jitter.
 
-    These are with the same on every link; after them come those of the delay of each signal alone.
+    These are with the same on every link. After them come that of the delay at the scenario's own
+    rate, where it was searched at a finer one, and those of the delay of each signal alone.
     Raises EventregError when the scenario cannot be simulated or its verdict is undecided.
     """
     setting = setting or Setting()
     linked = _need_verdict(scenario, setting).linked
-    cases: list[tuple[str, str | None]] = [(kind, None) for kind in KINDS]
-    cases += [('delay', signal) for signal in linked]
+    fine, own = (rate_for(kind, scenario, setting) for kind in ('delay', 'loss'))
+    cases: list[tuple[str, float, str | None]] = [
+        (kind, rate_for(kind, scenario, setting), None) for kind in KINDS
+    ]
+    cases += [('delay', own, None)] if own != fine else []
+    cases += [('delay', fine, signal) for signal in linked]
     return [
-        limit(
-            Trial(scenario, hold, rate_for(kind, scenario, setting), setting, signal and [signal]),
-            kind,
-            tell,
-        )
+        limit(Trial(scenario, hold, rate, setting, signal and [signal]), kind, tell)
         for hold in HOLDS
-        for kind, signal in cases
+        for kind, rate, signal in cases
     ]
 
 

@@ -118,10 +118,11 @@ def test_the_delay_margins_are_in_the_brackets(name, low, high):
 def test_margins_asks_for_each_hold_and_kind_at_its_rate():
     setup, told = scenario.load('linear'), []
     found = margins(setup, Setting(duration=200.0, seeds=1), told.append)
-    cases = [*((kind, None) for kind in KINDS), *(('delay', signal) for signal in 'wyu')]
+    cases = [(kind, None) for kind in (*KINDS, 'delay')]
+    cases += [('delay', signal) for signal in 'wyu']
     wanted = [(hold, *case) for hold in ('zero', 'linear') for case in cases]
     assert [(x.hold, x.kind, x.on) for x in found] == wanted
-    assert [x.rate for x in found[:4]] == [1000.0, 200.0, 200.0, 1000.0]
+    assert [x.rate for x in found[:5]] == [1000.0, 200.0, 200.0, 200.0, 1000.0]
     for x in (x for x in found if x.on is None):
         assert x.fails_at - x.largest == pytest.approx(x.resolution)
         again = Trial(setup, x.hold, x.rate, Setting(duration=200.0, seeds=1))

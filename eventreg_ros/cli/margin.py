@@ -1,8 +1,9 @@
 """``eventreg margin``: how much delay, loss and jitter the loop bears. Needs no ROS.
 
 ``--json F`` writes ``{"scenario", "time_scale", "duration", "settle", "window", "seeds", "holds":
-{"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT, "delay_of": {SIGNAL: LIMIT, ...}},
-"linear": ...}}``: the same on every link, and the delay of one signal alone. A LIMIT is ``{"rate",
+{"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT, "delay_at_rate": LIMIT, "delay_of":
+{SIGNAL: LIMIT, ...}}, "linear": ...}}``: the same on every link; then the delay at the rate of loss
+and jitter, the scenario's own; then the delay of one signal alone. A LIMIT is ``{"rate",
 "h", "resolution", "largest", "fails_at", "scanned_to", "rejected_again", "milliseconds"}``: delay
 and jitter in model time, loss as a probability; ``largest`` is the most at which the verdict is
 rejected, null where it is not even at 0; ``milliseconds`` the same as a time at the scenario's
@@ -150,10 +151,12 @@ def result(
         kind, hold, on = (entry.pop(key) for key in ('kind', 'hold', 'on'))
         entry['milliseconds'] = milliseconds(limit, scenario)
         of_hold = holds.setdefault(hold, {})
-        if on is None:
-            of_hold[kind] = entry
-        else:
+        if on is not None:
             of_hold.setdefault(f'{kind}_of', {})[on] = entry
+        else:
+            of_hold[kind if kind not in of_hold else f'{kind}_at_rate'] = entry
+    for of_hold in holds.values():
+        of_hold.setdefault('delay_at_rate', of_hold['delay'])
     report: dict[str, Any] = {
         'scenario': scenario.name,
         'time_scale': scenario.time_scale,
@@ -190,8 +193,8 @@ def table(scenario: Scenario, setting: Setting, limits: list[Limit]) -> str:
         f'counted after {setting.settle:g}, {setting.seeds} seeds)',
         f'{"":12}' + ''.join(f'{f"hold {hold}":>20}' for hold in holds) + f'{"resolution":>12}  at',
     ]
-    for name in dict.fromkeys(map(name_of, limits)):
-        row = [limit for limit in limits if name_of(limit) == name]
+    for name, rate in dict.fromkeys((name_of(limit), limit.rate) for limit in limits):
+        row = [limit for limit in limits if (name_of(limit), limit.rate) == (name, rate)]
         cells = ''.join(f'{words(limit, scenario):>20}' for limit in row)
         at = f'{row[0].rate:g} samples per second (h = {row[0].h:g})'
         lines.append(f'{name:12}{cells}{row[0].resolution:>12g}  {at}')

@@ -22,6 +22,9 @@ from .ros import run_node
 TICK, IDLE = 0.001, 0.1
 """Seconds between looks at the wall clock: where it holds the steps back, and where not."""
 
+BETWEEN = 0.01
+"""Seconds at least between two messages on /clock, while steps go as fast as they can."""
+
 PATIENCE = 2.0
 """Seconds beyond the participants' own limit, so that who knows the link speaks first."""
 
@@ -68,7 +71,8 @@ class ClockNode(ManagedNode):
 
     def begin(self) -> None:
         """Start at step 0, granting nothing before every participant is there."""
-        self.granted = self.told = -1
+        self.granted = self.told = self._seen = -1
+        self._tell_at = 0.0
         self.paused = False
         self.allowance = 0
         self._paced_from = max(self.now_at, 0)
@@ -116,9 +120,11 @@ class ClockNode(ManagedNode):
         if may > self.granted:
             self.granted, self._moved = may, time.monotonic()
             self.send(self.grant_publisher, UInt64(data=may))
-        at = self.now_at
-        if at > self.told:
-            self.told, self._moved = at, time.monotonic()
+        wall = time.monotonic()
+        if at > self._seen:
+            self._seen, self._moved = at, wall
+        if at > self.told and (wall >= self._tell_at or at == self.granted):
+            self.told, self._tell_at = at, wall + BETWEEN
             now = Time(nanoseconds=self.grid.stamp(at)).to_msg()
             self.send(self.time_publisher, Clock(clock=now))
 

@@ -31,7 +31,7 @@ GRANT, REACHED = 'lockstep/grant', 'lockstep/reached'
 REACHED_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-EVERY = 50
+EVERY = 75
 """A participant tells every so many steps how far it got, and where the grant ends."""
 
 WATCH = 0.5

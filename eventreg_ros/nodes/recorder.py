@@ -27,7 +27,7 @@ from .spike_monitor import COUNT_QOS, EVENT_QOS
 
 RECORD_QOS = QoSProfile(depth=2000)
 
-LOOK = 0.002
+LOOK = 0.005
 """Seconds between looks at what has come, in lockstep."""
 
 
