@@ -54,6 +54,7 @@ class Processes:
         ]
         for process in ending:
             process.terminate()
+            process.send_signal(signal.SIGCONT)  # one that was stopped ends too
         deadline = time.monotonic() + PATIENCE
         for process in ending:
             try:

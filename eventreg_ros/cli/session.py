@@ -7,6 +7,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,6 +30,9 @@ LEAD = 1.5
 
 SILENCE = 10.0
 """Seconds without diagnostics, which come once a second, after which the clock counts as dead."""
+
+FIRST_STEP = 30.0
+"""Seconds within which all nodes must have made their first sample in lockstep."""
 
 FIRST, LAST = ('recorder', 'spike_monitor'), ('clock',)
 """Nodes that are activated before and after the others."""
@@ -214,13 +218,13 @@ class Session:
         return lambda: reached() / whole.rate
 
     def _watch(self, conductor: Conductor, elapsed: Callable[[], float]) -> None:
-        progress = Progress(self.duration)
+        progress, begun = Progress(self.duration), time.monotonic()
         while (now := elapsed()) < self.duration - 1e-9:
             conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
             self._tell_deaths(now)
             self._note_faults(conductor)
             if self.lockstep:
-                self._note_silence(conductor)
+                self._note_standstill(conductor, now, time.monotonic() - begun)
             progress.show(max(0.0, now), conductor.counts)
             if self.over or (self.lockstep and self.troubles):
                 return
@@ -250,11 +254,14 @@ class Session:
             if trouble not in self.troubles:
                 self.troubles.append(trouble)
 
-    def _note_silence(self, conductor: Conductor) -> None:
-        """In lockstep all wait for all: nobody steps any more when the clock is stopped."""
+    def _note_standstill(self, conductor: Conductor, elapsed: float, since: float) -> None:
+        """In lockstep all wait for all: note what the nodes themselves cannot say."""
         silent = conductor.silence('clock')
         if silent > SILENCE:
             self.troubles.append(f'clock has said nothing for {silent:.0f} s; it was stopped')
+        elif elapsed < 0.0 and since > FIRST_STEP:
+            missing = conductor.seen('clock').get('waiting_for') or 'the clock'
+            self.troubles.append(f'no step within {since:.0f} s: {missing} did not come so far')
 
 
 @contextmanager

@@ -82,6 +82,20 @@ def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(run
     assert 'of input y' in err
 
 
+def test_a_stopped_recorder_ends_the_run_and_is_named(run, children, tmp_path):
+    process = run(
+        'exact', '--lockstep', '--duration', '100000', '-p', '/**.lockstep_timeout:=2.0',
+        '--bag', 'bag',
+    )  # fmt: skip
+    assert 'clock' in process.stdout.readline()
+    assert ' of 100000 s' in process.stdout.readline()
+    os.kill(children(process)['recorder'], signal.SIGSTOP)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 4
+    assert 'recorder made no step' in err
+    assert len(read_bag(tmp_path / 'bag').signals['y'][1]) > 1
+
+
 @pytest.mark.parametrize('name', ['mismatch', 'open'])
 @pytest.mark.parametrize('composed', [False, True])
 def test_busy_cores_a_random_order_and_a_late_node_change_no_bit(
