@@ -50,8 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, record, analyse; see the contract for the exit codes."""
-    implicit = ('spike_monitor', 'recorder', *(('clock',) if args.lockstep else ()))
-    scenario = with_links(load_scenario(args, implicit), args.links)
+    scenario = scenario_of(args)
     bag = args.bag or chosen_path(scenario)
     check(scenario, bag, args.json)
     session = Session(scenario, bag, args.duration, lockstep=args.lockstep, composed=args.composed)
@@ -73,6 +72,12 @@ def main(args: argparse.Namespace) -> int:
         fail(broken)
         return BROKEN
     return EXIT_CODES[report['verdict']]
+
+
+def scenario_of(args: argparse.Namespace) -> Scenario:
+    """Return the scenario, with its links; -p may name the nodes that ``run`` adds to it."""
+    implicit = ('spike_monitor', 'recorder', *(('clock',) if args.lockstep else ()))
+    return with_links(load_scenario(args, implicit), args.links)
 
 
 def chosen_path(scenario: Scenario) -> Path:
