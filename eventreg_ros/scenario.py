@@ -255,16 +255,17 @@ def _yaml(text: str, name: str) -> Any:
     class Loader(_dialect(yaml.SafeLoader)):  # type: ignore[misc]
         """Refuses what reads well and means something else: an unquoted y, a key given twice."""
 
-        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-            seen: set[str] = set()
+        def compose_mapping_node(self, anchor: Any) -> Any:
+            node = super().compose_mapping_node(anchor)
+            seen: set[tuple[str, str]] = set()
             for key, _ in node.value:
-                if key.value in seen:
+                name = (key.tag, key.value) if isinstance(key, yaml.ScalarNode) else None
+                if name in seen and key.tag != 'tag:yaml.org,2002:merge':
                     raise yaml.constructor.ConstructorError(
                         None, None, f'{key.value} is given twice; keep one', key.start_mark
                     )
-                if isinstance(key.value, str):
-                    seen.add(key.value)
-            return super().construct_mapping(node, deep)
+                seen |= {name} if name else set()
+            return node
 
         def construct_yaml_bool(self, node: Any) -> bool:
             if node.value in ('y', 'Y', 'n', 'N'):

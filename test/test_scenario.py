@@ -261,6 +261,7 @@ def test_an_unquoted_y_is_refused_for_ros_would_take_it_for_true(word):
         ('plant:\n\tros__parameters:\n\t\tk: 2\n', 'line 2: not valid YAML'),
         ('plant:\n\tros__parameters:\n', 'indent with spaces, not tabs'),
         ('plant: [', 'not valid YAML'),
+        ('plant: {? [a, b] : 1}', 'not valid YAML'),
         (
             'plant:\n  ros__parameters:\n    k: 2\n    tau: 40\n    k: 3\n',
             'scenario mine, line 5: not valid YAML: k is given twice; keep one',

@@ -75,7 +75,8 @@ def need_writable(path: Path | None) -> None:
     """Raise EventregError when ``path`` cannot be written, before the work is done."""
     if path is None:
         return
-    if path.is_dir() or not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
+    place = path if path.exists() else path.parent
+    if path.is_dir() or not (path.parent.is_dir() and os.access(place, os.W_OK)):
         raise EventregError(f'cannot write {path}; name another file, in a directory that is there')
 
 

@@ -31,6 +31,9 @@ LEAD = 1.5
 SILENCE = 10.0
 """Seconds without diagnostics, which come once a second, after which the clock counts as dead."""
 
+LONG = 0.5
+"""Seconds that pass between two looks at most; what is more was a stop of our own."""
+
 FIRST_STEP = 30.0
 """Seconds within which all nodes must have made their first sample in lockstep."""
 
@@ -86,7 +89,10 @@ def in_lockstep(scenario: Scenario, seconds: float) -> Scenario:
         'participants': [name for name in others if extra[name].get('signals') != []],
         'steps': steps,
         'rate': scenario.rate,
-        'lockstep_timeout': max(values.get('lockstep_timeout', 0.0) for values in others.values()),
+        'lockstep_timeout': scenario.given.get('clock', {}).get(
+            'lockstep_timeout',
+            max(values.get('lockstep_timeout', 0.0) for values in others.values()),
+        ),
     }
     return _extended(scenario, extra)
 
@@ -119,6 +125,7 @@ class Session:
         self.processes = Processes()
         self.troubles: list[str] = []
         """What went wrong after the start, each in words."""
+        self._silent = self._without_step = 0.0
         self.started = False
         self.over = False
         """Whether what died makes going on pointless."""
@@ -218,13 +225,14 @@ class Session:
         return lambda: reached() / whole.rate
 
     def _watch(self, conductor: Conductor, elapsed: Callable[[], float]) -> None:
-        progress, begun = Progress(self.duration), time.monotonic()
+        progress, looked = Progress(self.duration), time.monotonic()
         while (now := elapsed()) < self.duration - 1e-9:
             conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
             self._tell_deaths(now)
             self._note_faults(conductor)
             if self.lockstep:
-                self._note_standstill(conductor, now, time.monotonic() - begun)
+                self._note_standstill(conductor, now, min(time.monotonic() - looked, LONG))
+                looked = time.monotonic()
             progress.show(max(0.0, now), conductor.counts)
             if self.over or (self.lockstep and self.troubles):
                 return
@@ -254,14 +262,18 @@ class Session:
             if trouble not in self.troubles:
                 self.troubles.append(trouble)
 
-    def _note_standstill(self, conductor: Conductor, elapsed: float, since: float) -> None:
-        """In lockstep all wait for all: note what the nodes themselves cannot say."""
-        silent = conductor.silence('clock')
-        if silent > SILENCE:
-            self.troubles.append(f'clock has said nothing for {silent:.0f} s; it was stopped')
-        elif elapsed < 0.0 and since > FIRST_STEP:
+    def _note_standstill(self, conductor: Conductor, elapsed: float, passed: float) -> None:
+        """In lockstep all wait for all: note what the nodes themselves cannot say.
+
+        ``passed``: the seconds since the last look, few even if we ourselves were stopped.
+        """
+        self._silent = 0.0 if conductor.take_heard('clock') else self._silent + passed
+        self._without_step = self._without_step + passed if elapsed < 0.0 else 0.0
+        if self._silent > SILENCE:
+            self.troubles.append(f'clock has said nothing for {self._silent:.0f} s; it was stopped')
+        elif self._without_step > FIRST_STEP:
             missing = conductor.seen('clock').get('waiting_for') or 'the clock'
-            self.troubles.append(f'no step within {since:.0f} s: {missing} did not come so far')
+            self.troubles.append(f'no step within {FIRST_STEP:g} s: {missing} did not come so far')
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,6 +74,8 @@ def main(args: argparse.Namespace) -> int:
 
 def _tell_rounding(delay: float | None, scenario: Scenario) -> None:
     h = scenario.time_scale / scenario.rate
+    if not math.isfinite((delay or 0.0) / h):
+        return
     used = round((delay or 0.0) / h) * h
     if abs(used - (delay or 0.0)) > 1e-9 * h:
         print(

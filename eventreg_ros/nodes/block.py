@@ -208,7 +208,8 @@ class BlockNode(SignalNode):
         if signal is None:
             return None
         delay = delays[signal] * self.values['time_scale']
-        if delay < self.values['delay_warn'] * margin or delay <= 0.0:
+        # Less than a step is made up for by the next sample, so that it is no delay.
+        if delay < max(self.values['delay_warn'] * margin, self.spec.h):
             return None
         level = ERROR if delay >= margin else WARN
         return level, (

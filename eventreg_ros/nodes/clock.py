@@ -71,12 +71,13 @@ class ClockNode(ManagedNode):
 
     def begin(self) -> None:
         """Start at step 0, granting nothing before every participant is there."""
-        self.granted = self.told = self._seen = -1
+        self.granted = self.told = self._stale = -1
+        self._seen = (-1, -1)
         self._tell_at = 0.0
         self.paused = False
         self.allowance = 0
         self._paced_from = max(self.now_at, 0)
-        self._begun = self._moved = time.monotonic()
+        self._begun = time.monotonic()
         self._wall = self._look_at_wall()
         self._move()
 
@@ -118,11 +119,9 @@ class ClockNode(ManagedNode):
             return  # somebody is not there yet
         may = self._limit(at)
         if may > self.granted:
-            self.granted, self._moved = may, time.monotonic()
+            self.granted = may
             self.send(self.grant_publisher, UInt64(data=may))
-        wall = time.monotonic()
-        if at > self._seen:
-            self._seen, self._moved = at, wall
+        at, wall = self.now_at, time.monotonic()
         if at > self.told and (wall >= self._tell_at or at == self.granted):
             self.told, self._tell_at = at, wall + BETWEEN
             now = Time(nanoseconds=self.grid.stamp(at)).to_msg()
@@ -132,8 +131,12 @@ class ClockNode(ManagedNode):
         """Break off when those that are behind do not say why: they may be stopped or gone."""
         if self.stage != ACTIVE or self.fault is not None or not self.behind():
             return
+        # By looks, not by time: after a stop of our own the messages come after this timer.
+        state = (self.now_at, self.granted)
+        self._stale = self._stale + 1 if state == self._seen else 0
+        self._seen = state
         limit = self.values['lockstep_timeout'] + PATIENCE
-        if self.now_at >= 0 and time.monotonic() - self._moved >= limit:
+        if self.now_at >= 0 and self._stale * WATCH >= limit:
             self.break_off(
                 f'lockstep stopped: {", ".join(self.behind())} made no step beyond {self.now_at} '
                 f'for {limit:g} s though {self.granted} are granted; look whether it still runs'
@@ -185,7 +188,10 @@ class ClockNode(ManagedNode):
             response.success, response.message = False, 'the clock runs; pause it first'
             return response
         wanted, steps = max(self.granted, 0) + 1, int(self.values['steps'])
-        self.allowance = min(wanted, steps) if steps else wanted
+        if steps and wanted > steps:
+            response.success, response.message = False, f'step {steps} was the last one'
+            return response
+        self.allowance = wanted
         self._move()
         return self._answer(response)
 

@@ -58,7 +58,7 @@ class Conductor:
         self.warnings: dict[str, list[str]] = {}
         """What nodes warned of, second by second."""
         self._reached: dict[str, int] = {}
-        self._heard: dict[str, float] = {}
+        self._heard: set[str] = set()
         self._node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, QoSProfile(depth=100)
         )
@@ -76,7 +76,7 @@ class Conductor:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node = status.name.partition(':')[0]
-            self._heard[node] = time.monotonic()
+            self._heard.add(node)
             self._seen[node] = {v.key: v.value for v in status.values}
             if status.level == DiagnosticStatus.ERROR and 'step' not in self._seen[node]:
                 self.faults[node] = status.message
@@ -87,10 +87,11 @@ class Conductor:
         """Return what ``node`` said of itself last: keys and values of its diagnostics."""
         return self._seen.get(f'/{node}', {})
 
-    def silence(self, node: str) -> float:
-        """Return for how many seconds ``node`` has sent no diagnostics; 0 before the first."""
-        now = time.monotonic()
-        return now - self._heard.get(f'/{node}', now)
+    def take_heard(self, node: str) -> bool:
+        """Say whether ``node`` has sent diagnostics since this was last asked."""
+        heard = f'/{node}' in self._heard
+        self._heard.discard(f'/{node}')
+        return heard
 
     def watch(self, signals: Sequence[str]) -> None:
         """Keep ``counts``, the events of each of ``signals`` so far, up to date."""

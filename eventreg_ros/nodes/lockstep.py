@@ -8,7 +8,6 @@ the node with a message that names the link.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +61,7 @@ class Participant:
         self.granted = 0
         self.reached = self._told = self._seen = -1
         self._armed = False
-        self._moved = time.monotonic()
+        self._stale = 0
         self._publisher = node.create_publisher(Header, REACHED, LAST_QOS)
         self._subscription = node.create_subscription(UInt64, GRANT, self._on_grant, LAST_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -92,7 +91,7 @@ class Participant:
     def _on_grant(self, message: UInt64) -> None:
         self.granted = message.data
         self._armed = True  # before the first grant somebody may still be starting
-        self._moved = time.monotonic()
+        self._stale = 0
         self._go()
         if self.reached == self.granted:
             self._tell(self.reached)
@@ -110,18 +109,21 @@ class Participant:
         if doubled := self._doubled():
             self._node.break_off(doubled)
         elif self.reached != self._seen:
-            self._seen, self._moved = self.reached, time.monotonic()
+            self._seen, self._stale = self.reached, 0
             if self.reached != self._told:
                 self._tell(self.reached)
-        elif self._armed and self.reached < self.granted and self._overdue():
-            self._node.break_off(
-                f'lockstep stopped: {self._node.kind} waits for '
-                f'{", ".join(self._missing()) or "nothing"}, which did not come within '
-                f'{self._patience:g} s; look at who publishes it'
-            )
+        elif self._armed and self.reached < self.granted:
+            # By looks, not by time: after a stop of our own the messages come after this timer.
+            self._stale += 1
+            if self._stale * WATCH >= self._patience:
+                self._break_off()
 
-    def _overdue(self) -> bool:
-        return time.monotonic() - self._moved >= self._patience
+    def _break_off(self) -> None:
+        self._node.break_off(
+            f'lockstep stopped: {self._node.kind} waits for '
+            f'{", ".join(self._missing()) or "nothing"}, which did not come within '
+            f'{self._patience:g} s; look at who publishes it'
+        )
 
 
 class Lockstep:
@@ -135,8 +137,8 @@ class Lockstep:
                 f'in lockstep {node.kind} starts but once, since its samples are numbered; '
                 'cleanup and configure it first'
             )
-        node.published = True
         self.participant = Participant(node, self.go, self._missing, node.sources)
+        node.published = True
         self._put(node.first())
         self.go()
 

@@ -167,7 +167,11 @@ class ManagedNode(LifecycleNode):
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
         )
         if self.stage == ACTIVE:
-            self.trigger_deactivate()
+            try:
+                self.trigger_deactivate()
+            except RCLError:  # a signal shut the context down in the middle
+                if self.context.ok():
+                    raise
         self.publish_diagnostics()
 
     # Parameters

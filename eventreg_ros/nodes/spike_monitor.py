@@ -17,7 +17,7 @@ from ..simulation.grid import SECOND
 from ..simulation.numbered import UNNUMBERED
 from .info import number_of
 from .lockstep import Participant
-from .managed import OK, ManagedNode
+from .managed import OK, FaultError, ManagedNode
 from .ros import run_node
 from .signal import LOCKSTEP_QOS, SIGNAL_QOS
 
@@ -59,11 +59,15 @@ class SpikeMonitor(ManagedNode):
             self.participant = Participant(self, lambda: None, self._missing, lambda: self.sources)
         for count in self.counts.values():
             self.send(count, UInt64(data=0))
-        if self.participant is not None:
-            self.stage = ACTIVE
-            for receive, data, info in self.early:
-                receive(data, info)
+        early = list(self.early)
         self.early.clear()
+        if self.participant is not None:
+            if early and number_of(early[0][2]) not in (0, None):
+                self.end()
+                raise FaultError('the first samples in lockstep were missed; configure all anew')
+            self.stage = ACTIVE
+            for receive, data, info in early:
+                receive(data, info)
 
     def end(self) -> None:
         """Count no more."""

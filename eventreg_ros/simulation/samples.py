@@ -27,8 +27,8 @@ GAP = 1.8
 FIRST = 8
 """Intervals before the usual one is known well enough to tell a gap."""
 
-PLAUSIBLE = 3.0
-"""Numbers that run ahead of time by more than this factor are another writer's."""
+FEW, PLAUSIBLE = 200, 10.0
+"""So many numbers ahead, by more than this factor faster than usual, are another writer's."""
 
 GUARD = 0.125
 """Samples stamped within this part of a step before its end belong to the next one."""
@@ -50,7 +50,7 @@ class Samples:
         self.jitter = Tally()
         """How far each interval was from the usual one."""
         self._number: int | None = None
-        self._usual = 0.0
+        self._usual = self._sent_every = 0.0
 
     @property
     def last_stamp(self) -> int | None:
@@ -89,8 +89,15 @@ class Samples:
         since = (stamp - self._kept[-1][0]) / SECOND
         if since <= 0.0:  # late or twice
             self._number = max(before, number)
-        elif (number - before) * self._usual <= PLAUSIBLE * since:
-            self.lost += max(number - before - 1, 0)
+        elif number > before:
+            self._count_lost(number - before, since)
+
+    def _count_lost(self, ahead: int, since: float) -> None:
+        """Count what is missing of ``ahead`` numbers, unless time was too short to send it all."""
+        each = since / ahead
+        if ahead < FEW or each * PLAUSIBLE >= self._sent_every:
+            self.lost += ahead - 1
+            self._sent_every += 0.05 * (each - self._sent_every) if self._sent_every else each
 
     def _note_period(self, seconds: float) -> None:
         self.period.add(seconds)
