@@ -96,8 +96,7 @@ def simulated(name: str, seconds: float) -> str:
     """Return the hash of the sampled simulation, stamped as a bag of lockstep is."""
     scenario = scenarios.load(name)
     run = simulate_sampled(scenario.blocks, scenario.stimulus, seconds * scenario.time_scale)
-    grid = Grid(scenario.rate)
-    stamps = np.array([grid.stamp(n) for n in range(len(run.t))], np.int64).tobytes()
+    stamps = np.array(Grid(scenario.rate).stamps(len(run.t)), np.int64).tobytes()
     return hash_of({n: (stamps, x.astype(np.float64).tobytes()) for n, x in run.signals.items()})
 
 

@@ -18,6 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
+from realtime import cpu_seconds
+
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.cli.domain import loopback_domain
 from eventreg_ros.cli.processes import Processes, node_command
@@ -150,12 +152,6 @@ def real_speed(composed: bool, seconds: float) -> Speed:
         with running(nodes, file, environment, composed) as processes:
             pids = [process.pid for process in processes.running.values()]
             return observed(environment, seconds, lambda: sum(map(cpu_seconds, pids)))
-
-
-def cpu_seconds(pid: int) -> float:
-    """Return the user and system time of a process, from /proc/PID/stat."""
-    fields = Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def prepared(scratch: Path) -> tuple[list[str], Path]:

@@ -57,6 +57,16 @@ class Limit:
     scanned_to: float
     rejected_again: tuple[float, ...]
 
+    @property
+    def name(self) -> str:
+        """What was varied, in words."""
+        return named(self.kind, self.on)
+
+
+def named(kind: str, on: str | None) -> str:
+    """Return what is varied, in words: ``kind``, or that of the signal ``on`` alone."""
+    return kind if on is None else f'{kind} of {on}'
+
 
 def margins(
     scenario: Scenario, setting: Setting | None = None, tell: Tell = lambda words: None
@@ -76,7 +86,7 @@ def margins(
     cases += [('delay', own, None)] if own != fine else []
     cases += [('delay', fine, signal) for signal in linked]
     return [
-        limit(Trial(scenario, hold, rate, setting, signal and [signal]), kind, tell)
+        limit(Trial(scenario, hold, rate, setting, signal), kind, tell)
         for hold in HOLDS
         for kind, rate, signal in cases
     ]
@@ -108,7 +118,7 @@ def _need_verdict(scenario: Scenario, setting: Setting) -> Trial:
 def limit(trial: Trial, kind: str, tell: Tell = lambda words: None) -> Limit:
     """Search the largest ``kind`` (of :data:`KINDS`) that a trial bears, the others being 0."""
     scan, unit = scan_of(kind, trial.h)
-    name = kind if trial.on is None else f'{kind} of {" ".join(trial.on)}'
+    name = named(kind, trial.on)
 
     def value(k: int) -> float:
         return round(k * unit, 12)
@@ -122,7 +132,7 @@ def limit(trial: Trial, kind: str, tell: Tell = lambda words: None) -> Limit:
     return Limit(
         kind=kind,
         hold=trial.hold,
-        on=None if trial.on is None else ' '.join(trial.on),
+        on=trial.on,
         rate=trial.rate,
         h=trial.h,
         resolution=unit,

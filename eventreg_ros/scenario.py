@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from . import ros_yaml
 from .errors import ParameterError, ScenarioError
 from .models.roles import ROLES, STIMULUS_OUTPUT, model_of
 from .parameters import NODES, hint, is_ros_parameter, kind_of, resolve
@@ -105,12 +106,9 @@ class Scenario:
 
         With ``anywhere`` it holds for the nodes in any namespace.
         """
-        import yaml
-
         prefix = f'{WILDCARD}/' if anywhere else ''
         data = {f'{prefix}{n}': {'ros__parameters': dict(v)} for n, v in self.given.items()}
-        dumper = _dialect(yaml.SafeDumper)
-        return str(yaml.dump(data, Dumper=dumper, sort_keys=False, default_flow_style=None))
+        return ros_yaml.dump(data)
 
 
 def monitor_defaults() -> tuple[float, float]:
@@ -193,7 +191,7 @@ def parse(
 ) -> Scenario:
     """Read a scenario from the text of a ROS parameter file; see :func:`load`."""
     try:
-        given = _nodes(_yaml(text, name), name)
+        given = _nodes(ros_yaml.load(text, name), name)
     except RecursionError:
         raise ScenarioError(f'scenario {name} nests without end; remove the alias') from None
     for override in overrides:
@@ -240,55 +238,6 @@ def _has(node: str, parameter: str) -> bool:
     return is_ros_parameter(parameter) or any(p.name == parameter for p in NODES[kind_of(node)])
 
 
-def _dialect(base: Any) -> Any:
-    """Return the YAML loader or dumper ``base`` with the words that ROS's parser reads its way."""
-    ros: Any = type(base.__name__, (base,), {})
-    number = re.compile(r'^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$')
-    ros.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+0123456789'))
-    ros.add_implicit_resolver('tag:yaml.org,2002:bool', re.compile('^[yYnN]$'), list('yYnN'))
-    return ros
-
-
-def _yaml(text: str, name: str) -> Any:
-    import yaml
-
-    class Loader(_dialect(yaml.SafeLoader)):  # type: ignore[misc]
-        """Refuses what reads well and means something else: an unquoted y, a key given twice."""
-
-        def compose_mapping_node(self, anchor: Any) -> Any:
-            node = super().compose_mapping_node(anchor)
-            seen: set[tuple[str, str]] = set()
-            for key, _ in node.value:
-                name = (key.tag, key.value) if isinstance(key, yaml.ScalarNode) else None
-                if name in seen and key.tag != 'tag:yaml.org,2002:merge':
-                    raise yaml.constructor.ConstructorError(
-                        None, None, f'{key.value} is given twice; keep one', key.start_mark
-                    )
-                seen |= {name} if name else set()
-            return node
-
-        def construct_yaml_bool(self, node: Any) -> bool:
-            if node.value in ('y', 'Y', 'n', 'N'):
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"ROS reads {node.value} as true or false; write '{node.value}'",
-                    node.start_mark,
-                )  # fmt: skip
-            return bool(super().construct_yaml_bool(node))
-
-    Loader.add_constructor('tag:yaml.org,2002:bool', Loader.construct_yaml_bool)
-    try:
-        return yaml.load(text, Loader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f', line {mark.line + 1}' if mark else ''
-        problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
-        if "'\\t'" in problem:
-            problem += ' (indent with spaces, not tabs)'
-        raise ScenarioError(f'scenario {name}{where}: not valid YAML: {problem}') from None
-    except ValueError as error:  # a date that does not exist, say
-        raise ScenarioError(f'scenario {name}: not valid YAML: {error}') from None
-
-
 def _nodes(data: Any, name: str) -> dict[str, dict[str, Any]]:
     """Bring the keys of a parameter file to plain node names; keep the order."""
     if not isinstance(data, dict):
@@ -332,7 +281,7 @@ def _apply(override: str, given: dict[str, dict[str, Any]], implicit: Collection
             f'-p {override}: the scenario has no node {node!r}; it has '
             + ', '.join(n for n in given if n != WILDCARD)
         )
-    given.setdefault(node, {})[parameter] = _yaml(text, f'-p {override}')
+    given.setdefault(node, {})[parameter] = ros_yaml.load(text, f'-p {override}')
     if node == WILDCARD:
         for name, values in given.items():
             if name != WILDCARD and _has(name, parameter):

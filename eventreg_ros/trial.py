@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,7 +37,7 @@ class Setting:
 class Trial:
     """A scenario with one hold on all its blocks, at one rate, run again and again.
 
-    ``on``: the signals whose links are impaired, None for all. Raises EventregError when the
+    ``on``: the one signal whose links are impaired, None for all. Raises EventregError when the
     scenario cannot be simulated.
     """
 
@@ -47,7 +47,7 @@ class Trial:
         hold: str,
         rate: float,
         setting: Setting,
-        on: Collection[str] | None = None,
+        on: str | None = None,
     ) -> None:
         blocks, stimulus, v = scenario.loop
         blocks = {name: replace(spec, hold=hold, rate=rate) for name, spec in blocks.items()}
@@ -74,7 +74,7 @@ class Trial:
                 loss=loss,
                 jitter=jitter,
                 seed=seed,
-                on=self.on,
+                on=None if self.on is None else [self.on],
             )
         except EventregError:  # all else that it may complain of was checked at the start
             return 'not rejected'

@@ -78,14 +78,14 @@ def test_the_delay_margin_of_the_linear_motif_is_that_of_theory(h):
 def test_a_delay_of_one_signal_of_the_loop_may_be_twice_as_long(signal):
     # The characteristic equation has e^(-s tau) then, for only one of y and u is late.
     h = 0.02
-    alone = Trial(scenario.load('linear'), 'zero', 10.0 / h, LONG, [signal])
+    alone = Trial(scenario.load('linear'), 'zero', 10.0 / h, LONG, signal)
     found = limit(alone, 'delay')
     # the hold of each of the two links is late by half a step, and the bisection ends within one
     assert found.largest < 2.0 * critical_delay() - h < found.fails_at
 
 
 def test_a_delay_outside_the_loop_is_borne_without_end():
-    found = limit(Trial(scenario.load('linear'), 'zero', 200.0, Setting(), ['w']), 'delay')
+    found = limit(Trial(scenario.load('linear'), 'zero', 200.0, Setting(), 'w'), 'delay')
     assert found.largest == found.scanned_to
     assert found.fails_at is None
 

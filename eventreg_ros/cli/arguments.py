@@ -6,7 +6,8 @@ import argparse
 import json
 import math
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,17 @@ def positive(text: str) -> float:
     return value
 
 
+def whole(low: int) -> Callable[[str], int]:
+    """Return what reads a whole number >= ``low``, for argparse."""
+
+    def read(text: str) -> int:
+        if not text.isdecimal() or int(text) < low:
+            raise argparse.ArgumentTypeError(f'must be a whole number >= {low}, got {text!r}')
+        return int(text)
+
+    return read
+
+
 def _is_number(text: str) -> bool:
     try:
         float(text)
@@ -88,7 +100,14 @@ def write_json(path: Path | None, data: Mapping[str, Any]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write ``text`` to ``path``. Raises EventregError when it cannot."""
-    try:
+    with writing(path):
         path.write_text(text, encoding='utf-8')
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Raise EventregError where what is done in it cannot write ``path``."""
+    try:
+        yield
     except OSError as error:
         raise EventregError(f'cannot write {path}: {error.strerror}; name another file') from None

@@ -33,7 +33,9 @@ from .arguments import (
     load_scenario,
     need_writable,
     positive,
+    whole,
     write_json,
+    writing,
 )
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--duration', type=positive, default=400.0, metavar='T', help='of a run, model time (400)'
     )
     parser.add_argument(
-        '--seeds', type=_count, default=5, metavar='N',
+        '--seeds', type=whole(1), default=5, metavar='N',
         help='random runs that must all be rejected (5)',
     )  # fmt: skip
     parser.add_argument(
@@ -135,10 +137,8 @@ def draw(path: Path, found: Map, scenario: Scenario, setting: Setting) -> None:
         f'{setting.seeds} seeds, {setting.duration:g} model time units'
     )
     picture = draw_map(found.delays, found.losses, found.rejected, title, scenario.time_scale)
-    try:
+    with writing(path):
         save(picture, path)
-    except OSError as error:
-        raise EventregError(f'cannot write {path}: {error.strerror}; name another file') from None
 
 
 def result(
@@ -193,17 +193,12 @@ def table(scenario: Scenario, setting: Setting, limits: list[Limit]) -> str:
         f'counted after {setting.settle:g}, {setting.seeds} seeds)',
         f'{"":12}' + ''.join(f'{f"hold {hold}":>20}' for hold in holds) + f'{"resolution":>12}  at',
     ]
-    for name, rate in dict.fromkeys((name_of(limit), limit.rate) for limit in limits):
-        row = [limit for limit in limits if (name_of(limit), limit.rate) == (name, rate)]
+    for name, rate in dict.fromkeys((limit.name, limit.rate) for limit in limits):
+        row = [limit for limit in limits if (limit.name, limit.rate) == (name, rate)]
         cells = ''.join(f'{words(limit, scenario):>20}' for limit in row)
         at = f'{row[0].rate:g} samples per second (h = {row[0].h:g})'
         lines.append(f'{name:12}{cells}{row[0].resolution:>12g}  {at}')
     return '\n'.join([*lines, *notes(limits)])
-
-
-def name_of(limit: Limit) -> str:
-    """Return what was varied, in words."""
-    return limit.kind if limit.on is None else f'{limit.kind} of {limit.on}'
 
 
 def words(limit: Limit, scenario: Scenario) -> str:
@@ -218,7 +213,7 @@ def words(limit: Limit, scenario: Scenario) -> str:
 def notes(limits: list[Limit]) -> list[str]:
     """Return what must be said about single limits, one line each."""
     lines = [
-        f'{name_of(limit)}, hold {limit.hold}: rejected again at '
+        f'{limit.name}, hold {limit.hold}: rejected again at '
         f'{", ".join(f"{value:g}" for value in limit.rejected_again)}: the verdict is not monotone'
         for limit in limits
         if limit.rejected_again
@@ -228,9 +223,3 @@ def notes(limits: list[Limit]) -> list[str]:
     if any(limit.fails_at is None for limit in limits):
         lines.append('>=: nothing failed as far as was searched')
     return lines
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'must be a whole number >= 1, got {text!r}')
-    return int(text)

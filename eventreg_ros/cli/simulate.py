@@ -17,6 +17,7 @@ from .arguments import (
     need_writable,
     nonnegative,
     positive,
+    whole,
     write_json,
 )
 
@@ -48,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='extra delay of each sample, uniform from 0 to J, model time (0); --sampled',
     )  # fmt: skip
     parser.add_argument(
-        '--seed', type=_whole, metavar='N', help='of loss and jitter (0); --sampled'
+        '--seed', type=whole(0), metavar='N', help='of loss and jitter (0); --sampled'
     )
     parser.add_argument('--out', type=Path, metavar='F', help='write the signals: .npz or .csv')
     parser.add_argument('--bag', type=Path, metavar='DIR', help='write the signals as a rosbag2')
@@ -114,8 +115,7 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
         from ..analysis.bags import write_bag
         from ..simulation.grid import Grid
 
-        scenario, grid = run.scenario, Grid(run.scenario.rate)
-        stamps = [grid.stamp(n) for n in range(len(run.t))]
+        scenario, stamps = run.scenario, Grid(run.scenario.rate).stamps(len(run.t))
         signals = {name: (stamps, x) for name, x in run.signals.items()}
         write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
     write_json(args.json, report)
@@ -126,9 +126,3 @@ def _probability(text: str) -> float:
     if value > 1.0:
         raise argparse.ArgumentTypeError(f'must be a probability from 0 to 1, got {text!r}')
     return value
-
-
-def _whole(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f'must be a whole number >= 0, got {text!r}')
-    return int(text)

@@ -36,17 +36,13 @@ class BlockNode(SignalNode):
         self.ages = [Tally() for _ in self.samples]
         self.delays = [Tally() for _ in self.samples]
         make = self._numbered_receiver if self.values['lockstep'] else self._receiver
-        self.subscriptions_by_input = {
-            signal: self.subscribe(Float64, signal, make(i), self.signal_qos)
-            for i, (signal, _) in enumerate(self.spec.inputs)
-        }
+        for i, (signal, _) in enumerate(self.spec.inputs):
+            self.subscribe(Float64, signal, make(i), self.signal_qos)
 
     def shut(self) -> None:
         """Destroy them."""
         super().shut()
-        for subscription in getattr(self, 'subscriptions_by_input', {}).values():
-            self.destroy_subscription(subscription)
-        self.subscriptions_by_input = {}
+        self.unsubscribe()
 
     def begin(self) -> None:
         """Start from x0."""
@@ -132,10 +128,6 @@ class BlockNode(SignalNode):
 
         return receive
 
-    def sources(self) -> dict[str, Any]:
-        """Return the subscriptions by signal."""
-        return self.subscriptions_by_input
-
     def ready(self, n: int) -> bool:
         """Say whether sample ``n`` of every input has come."""
         for samples in self.numbered:  # noqa: SIM110 (all() takes twice as long)
@@ -184,14 +176,9 @@ class BlockNode(SignalNode):
                 values.update(self.delays[i].figures(f'{signal}.delay'))
                 delays[signal] = self.delays[i].take_recent()
         quiet = [s for (s, _), silent in zip(self.spec.inputs, self.silent, strict=True) if silent]
-        several = [
-            signal
-            for signal, subscription in self.subscriptions_by_input.items()
-            if subscription.get_publisher_count() > 1
-        ]
         found = [(level, message)]
-        if several:
-            found.append((WARN, f'several nodes publish {", ".join(several)}; stop all but one'))
+        if several := self.several_writers():
+            found.append((WARN, several))
         if quiet:
             found.append((WARN, f'silent, counted as 0: {", ".join(quiet)}'))
         if delayed := self._judge_delays(delays):
@@ -216,11 +203,3 @@ class BlockNode(SignalNode):
             f'the measured delay of {signal} ({delays[signal] * 1e3:.1f} ms, {delay:.3f} of model '
             f'time) comes near the delay margin of the scenario ({margin:g})'
         )
-
-    def matches(self) -> dict[str, int]:
-        """Return the number of subscribers of the output and of publishers of each input."""
-        counts = {
-            f'{signal}.publishers': subscription.get_publisher_count()
-            for signal, subscription in getattr(self, 'subscriptions_by_input', {}).items()
-        }
-        return {**super().matches(), **counts}

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock as RosClock
-from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, UInt64
@@ -15,9 +14,11 @@ from std_srvs.srv import Trigger
 
 from ..parameter import ACTIVE
 from ..simulation.grid import Grid
-from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS, WATCH
+from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS, WATCH, Standstill
 from .managed import OK, WARN, ManagedNode
 from .ros import run_node
+
+Service = Callable[[], str | None]
 
 TICK, IDLE = 0.001, 0.1
 """Seconds between looks at the wall clock: where it holds the steps back, and where not."""
@@ -43,14 +44,12 @@ class ClockNode(ManagedNode):
         """Create the topics and the services pause, resume and step."""
         self.grid = Grid(self.values['rate'])
         self.reached = {self._full(name): -1 for name in self.values['participants']}
-        self.watchdog = self.create_timer(
-            WATCH, self._watch, clock=RosClock(clock_type=ClockType.STEADY_TIME)
-        )
+        self.watchdog = self.steady_timer(WATCH, self._watch)
         self.time_publisher = self.create_publisher(Clock, '/clock', 10)
         self.grant_publisher = self.create_publisher(UInt64, GRANT, LAST_QOS)
         self.subscription = self.create_subscription(Header, REACHED, self._on_reached, REACHED_QOS)
         self.own_services = [
-            self.create_service(Trigger, f'~/{name}', work)
+            self.create_service(Trigger, f'~/{name}', self._while_active(work))
             for name, work in (
                 ('pause', self._pause),
                 ('resume', self._resume),
@@ -71,8 +70,8 @@ class ClockNode(ManagedNode):
 
     def begin(self) -> None:
         """Start at step 0, granting nothing before every participant is there."""
-        self.granted = self.told = self._stale = -1
-        self._seen = (-1, -1)
+        self.granted = self.told = -1
+        self._standstill = Standstill()
         self._tell_at = 0.0
         self.paused = False
         self.allowance = 0
@@ -83,8 +82,7 @@ class ClockNode(ManagedNode):
 
     def _look_at_wall(self) -> Any:
         paced = self.values['real_time_factor'] or not self.reached
-        steady = RosClock(clock_type=ClockType.STEADY_TIME)
-        return self.create_timer(TICK if paced else IDLE, self._move, clock=steady)
+        return self.steady_timer(TICK if paced else IDLE, self._move)
 
     def end(self) -> None:
         """Grant nothing more."""
@@ -131,12 +129,9 @@ class ClockNode(ManagedNode):
         """Break off when those that are behind do not say why: they may be stopped or gone."""
         if self.stage != ACTIVE or self.fault is not None or not self.behind():
             return
-        # By looks, not by time: after a stop of our own the messages come after this timer.
-        state = (self.now_at, self.granted)
-        self._stale = self._stale + 1 if state == self._seen else 0
-        self._seen = state
         limit = self.values['lockstep_timeout'] + PATIENCE
-        if self.now_at >= 0 and self._stale * WATCH >= limit:
+        still = self._standstill.look((self.now_at, self.granted))
+        if self.now_at >= 0 and still >= limit:
             self.break_off(
                 f'lockstep stopped: {", ".join(self.behind())} made no step beyond {self.now_at} '
                 f'for {limit:g} s though {self.granted} are granted; look whether it still runs'
@@ -167,42 +162,39 @@ class ClockNode(ManagedNode):
         self._wall = self._look_at_wall()
         self._move()
 
-    def _pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self.stage != ACTIVE:
-            return self._refusal(response)
+    def _while_active(self, work: Service) -> Callable[[Trigger.Request, Any], Trigger.Response]:
+        """Return a service that does ``work`` while the clock is active, and else refuses.
+
+        ``work`` returns why it refuses, None when it has done what was asked.
+        """
+
+        def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            active = self.stage == ACTIVE
+            refusal = work() if active else f'the clock is {self.stage}; activate it first'
+            response.success = refusal is None
+            at = f'at step {self.now_at}, granted up to {self.granted}' if active else ''
+            response.message = refusal or at
+            return response
+
+        return serve
+
+    def _pause(self) -> None:
         self.paused = True
         self.allowance = self.granted
-        return self._answer(response)
 
-    def _resume(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self.stage != ACTIVE:
-            return self._refusal(response)
+    def _resume(self) -> None:
         self.paused = False
         self._restart_pace()
-        return self._answer(response)
 
-    def _step(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self.stage != ACTIVE:
-            return self._refusal(response)
+    def _step(self) -> str | None:
         if not self.paused:
-            response.success, response.message = False, 'the clock runs; pause it first'
-            return response
+            return 'the clock runs; pause it first'
         wanted, steps = max(self.granted, 0) + 1, int(self.values['steps'])
         if steps and wanted > steps:
-            response.success, response.message = False, f'step {steps} was the last one'
-            return response
+            return f'step {steps} was the last one'
         self.allowance = wanted
         self._move()
-        return self._answer(response)
-
-    def _answer(self, response: Trigger.Response) -> Trigger.Response:
-        response.success = True
-        response.message = f'at step {self.now_at}, granted up to {self.granted}'
-        return response
-
-    def _refusal(self, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = False, f'the clock is {self.stage}; activate it first'
-        return response
+        return None
 
     def report(self) -> tuple[bytes, str, dict[str, object]]:
         """Return the step, the grant, and who is behind; WARN while somebody is not there yet."""

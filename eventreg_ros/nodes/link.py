@@ -7,8 +7,6 @@ import time
 from dataclasses import fields
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from std_msgs.msg import Float64
 
 from ..simulation.grid import SECOND
@@ -35,13 +33,11 @@ class LinkNode(ManagedNode):
     def open(self) -> None:
         """Create the subscription of the input and the publisher of the output."""
         self.publisher = self.advertise(Float64, self.values['output'], SIGNAL_QOS)
-        self.source = self.subscribe(Float64, self.values['input'], self._receive, SIGNAL_QOS)
+        self.subscribe(Float64, self.values['input'], self._receive, SIGNAL_QOS)
 
     def shut(self) -> None:
         """Destroy them."""
-        if hasattr(self, 'source'):
-            self.destroy_subscription(self.source)
-            del self.source
+        self.unsubscribe()
         if hasattr(self, 'publisher'):
             self.destroy_lifecycle_publisher(self.publisher)
             del self.publisher
@@ -49,9 +45,7 @@ class LinkNode(ManagedNode):
     def begin(self) -> None:
         """Relay from now on; the random numbers begin anew."""
         self._new_wire()
-        self._alarm = self.create_timer(
-            1.0, self._deliver, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self._alarm = self.steady_timer(1.0, self._deliver)
         self._alarm.cancel()
 
     def end(self) -> None:
@@ -116,12 +110,10 @@ class LinkNode(ManagedNode):
 
     def matches(self) -> dict[str, int]:
         """Return the number of publishers of the input and of subscribers of the output."""
-        if not hasattr(self, 'source'):
+        if not hasattr(self, 'publisher'):
             return {}
-        return {
-            f'{self.values["input"]}.publishers': self.source.get_publisher_count(),
-            f'{self.values["output"]}.subscribers': self.publisher.get_subscription_count(),
-        }
+        count = self.publisher.get_subscription_count()
+        return {**super().matches(), f'{self.values["output"]}.subscribers': count}
 
 
 def impairment(values: dict[str, Any]) -> Impairment:

@@ -8,11 +8,9 @@ the node with a message that names the link.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from std_msgs.msg import Header, UInt64
@@ -37,35 +35,47 @@ WATCH = 0.5
 """Seconds between looks at whether there is progress."""
 
 
+class Standstill:
+    """For how long nothing has moved, by looks every :data:`WATCH` seconds.
+
+    Not by time: after a stop of our own the messages of others come after the timer that looks.
+    """
+
+    def __init__(self) -> None:
+        self._state: Any = None
+        self._looks = 0
+
+    def look(self, state: object) -> float:
+        """Return the seconds for which ``state`` has been the same."""
+        self._looks = self._looks + 1 if state == self._state else 0
+        self._state = state
+        return self._looks * WATCH
+
+
 class Participant:
     """One node's part in the exchange with the clock.
 
     ``go`` is called when more steps are granted; ``missing()`` names the samples that the node
-    waits for, ``sources()`` its subscriptions by signal. ``granted`` is the number of the last
-    sample that may be made. Raises FaultError when a signal has two writers: their numbers mix.
+    waits for. ``granted`` is the number of the last sample that may be made. Raises FaultError when
+    a signal has two writers: their numbers mix.
     """
 
     def __init__(
-        self,
-        node: ManagedNode,
-        go: Callable[[], None],
-        missing: Callable[[], list[str]],
-        sources: Callable[[], Mapping[str, Any]],
+        self, node: ManagedNode, go: Callable[[], None], missing: Callable[[], list[str]]
     ) -> None:
-        self._node, self._go, self._missing, self._sources = node, go, missing, sources
-        if doubled := self._doubled():
-            raise FaultError(doubled)
+        self._node, self._go, self._missing = node, go, missing
+        if several := node.several_writers():
+            raise FaultError(f'lockstep: {several}')
         self._name = node.get_fully_qualified_name()
         self._grid = Grid(node.values['rate'])
         self._patience: float = node.values['lockstep_timeout']
         self.granted = 0
-        self.reached = self._told = self._seen = -1
+        self.reached = self._told = -1
         self._armed = False
-        self._stale = 0
+        self._standstill = Standstill()
         self._publisher = node.create_publisher(Header, REACHED, LAST_QOS)
         self._subscription = node.create_subscription(UInt64, GRANT, self._on_grant, LAST_QOS)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._watchdog = node.create_timer(WATCH, self._watch, clock=steady)
+        self._watchdog = node.steady_timer(WATCH, self._watch)
 
     def end(self) -> None:
         """Leave the exchange."""
@@ -91,39 +101,26 @@ class Participant:
     def _on_grant(self, message: UInt64) -> None:
         self.granted = message.data
         self._armed = True  # before the first grant somebody may still be starting
-        self._stale = 0
         self._go()
         if self.reached == self.granted:
             self._tell(self.reached)
-
-    def _doubled(self) -> str | None:
-        several = [s for s, source in self._sources().items() if source.get_publisher_count() > 1]
-        if not several:
-            return None
-        return f'lockstep: several nodes publish {", ".join(several)}; stop all but one'
 
     def _watch(self) -> None:
         """Tell the clock of slow progress, and break off where there is none."""
         if self._node.stage != ACTIVE or self._node.fault is not None:
             return
-        if doubled := self._doubled():
-            self._node.break_off(doubled)
-        elif self.reached != self._seen:
-            self._seen, self._stale = self.reached, 0
-            if self.reached != self._told:
-                self._tell(self.reached)
-        elif self._armed and self.reached < self.granted:
-            # By looks, not by time: after a stop of our own the messages come after this timer.
-            self._stale += 1
-            if self._stale * WATCH >= self._patience:
-                self._break_off()
-
-    def _break_off(self) -> None:
-        self._node.break_off(
-            f'lockstep stopped: {self._node.kind} waits for '
-            f'{", ".join(self._missing()) or "nothing"}, which did not come within '
-            f'{self._patience:g} s; look at who publishes it'
-        )
+        if several := self._node.several_writers():
+            self._node.break_off(f'lockstep: {several}')
+            return
+        if self.reached != self._told:
+            self._tell(self.reached)
+        still = self._standstill.look((self.reached, self.granted))
+        if self._armed and self.reached < self.granted and still >= self._patience:
+            self._node.break_off(
+                f'lockstep stopped: {self._node.kind} waits for '
+                f'{", ".join(self._missing()) or "nothing"}, which did not come within '
+                f'{self._patience:g} s; look at who publishes it'
+            )
 
 
 class Lockstep:
@@ -137,7 +134,7 @@ class Lockstep:
                 f'in lockstep {node.kind} starts but once, since its samples are numbered; '
                 'cleanup and configure it first'
             )
-        self.participant = Participant(node, self.go, self._missing, node.sources)
+        self.participant = Participant(node, self.go, self._missing)
         node.published = True
         self._put(node.first())
         self.go()

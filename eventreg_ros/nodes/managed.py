@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -51,10 +52,10 @@ class ManagedNode(LifecycleNode):
         self.add_pre_set_parameters_callback(lambda changes: widen(kind, changes))
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._take_change)
+        self.sources: dict[str, Any] = {}
+        """The subscriptions by topic, as the parameters name it."""
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self._heartbeat = self.create_timer(
-            1.0, self.publish_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self._heartbeat = self.steady_timer(1.0, self.publish_diagnostics)
 
     def _LifecycleNodeMixin__on_change_state(self, request: Any, response: Any) -> Any:  # noqa: N802
         """Refuse a transition that the present state does not have; rclpy would end the node."""
@@ -167,11 +168,8 @@ class ManagedNode(LifecycleNode):
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
         )
         if self.stage == ACTIVE:
-            try:
+            with self._until_the_end():
                 self.trigger_deactivate()
-            except RCLError:  # a signal shut the context down in the middle
-                if self.context.ok():
-                    raise
         self.publish_diagnostics()
 
     # Parameters
@@ -204,12 +202,12 @@ class ManagedNode(LifecycleNode):
             message, topic, qos, qos_overriding_options=QoSOverridingOptions.with_default_policies()
         )
 
-    def subscribe(self, message: type, topic: str, callback: InfoCallback, qos: Any) -> Any:
-        """Create a subscription whose QoS can be overridden by parameters.
+    def subscribe(self, message: type, topic: str, callback: InfoCallback, qos: Any) -> None:
+        """Create a subscription whose QoS can be overridden by parameters; it is in ``sources``.
 
         ``callback`` gets the bytes of the message (CDR) and the info of rclpy.
         """
-        return self.create_subscription(
+        self.sources[topic] = self.create_subscription(
             message,
             topic,
             with_info(callback),
@@ -218,9 +216,33 @@ class ManagedNode(LifecycleNode):
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
+    def unsubscribe(self) -> None:
+        """Destroy the subscriptions."""
+        for subscription in self.sources.values():
+            self.destroy_subscription(subscription)
+        self.sources.clear()
+
+    def several_writers(self) -> str | None:
+        """Say which topics that we listen to have more than one publisher; None if none has."""
+        several = [t for t, source in self.sources.items() if source.get_publisher_count() > 1]
+        return f'several nodes publish {", ".join(several)}; stop all but one' if several else None
+
+    def steady_timer(self, period: float, work: Callable[[], None]) -> Any:
+        """Create a timer of ``period`` seconds that neither /clock nor a clock set anew moves."""
+        return self.create_timer(period, work, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @contextmanager
+    def _until_the_end(self) -> Iterator[None]:
+        """Let pass what fails because a signal shut the context down in the middle."""
+        try:
+            yield
+        except RCLError:
+            if self.context.ok():
+                raise
+
     def send(self, publisher: Any, message: Any) -> None:
         """Publish, unless a signal shut the context down in the middle of a callback."""
-        try:
+        try:  # not _until_the_end: this is called for every sample
             publisher.publish(message)
         except RCLError:
             if self.context.ok():
@@ -243,13 +265,10 @@ class ManagedNode(LifecycleNode):
 
     def publish_diagnostics(self) -> None:
         """Publish the state of this node on /diagnostics."""
-        try:
+        with self._until_the_end():
             array = DiagnosticArray(status=[self._status()])
             array.header.stamp = self.get_clock().now().to_msg()
             self._diagnostics.publish(array)
-        except RCLError:  # a signal shut the context down in the middle
-            if self.context.ok():
-                raise
 
     def _status(self) -> DiagnosticStatus:
         level, message = OK, self.stage
@@ -270,4 +289,7 @@ class ManagedNode(LifecycleNode):
 
     def matches(self) -> dict[str, int]:
         """Return how many peers each publisher and subscription of ours is matched with."""
-        return {}
+        return {
+            f'{topic}.publishers': source.get_publisher_count()
+            for topic, source in self.sources.items()
+        }

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Header, UInt64
@@ -17,7 +14,7 @@ from std_msgs.msg import Float64, Header, UInt64
 from ..analysis.bags import BagWriter
 from ..errors import BagError
 from ..parameter import ACTIVE
-from ..simulation.numbered import UNNUMBERED
+from ..simulation.numbered import flaw
 from .info import number_of
 from .lockstep import Participant
 from .managed import OK, ManagedNode
@@ -50,7 +47,6 @@ class Recorder(ManagedNode):
         )
         self.get_logger().info(f'recording to {path}')
         self.recorded: dict[str, int] = {}
-        self.sources: dict[str, Any] = {}
         if values['lockstep']:
             self._open_lockstep()
             return
@@ -58,7 +54,7 @@ class Recorder(ManagedNode):
             self._record(Float64, 'std_msgs/msg/Float64', signal, RECORD_QOS)
             self._record(UInt64, 'std_msgs/msg/UInt64', f'spikes/{signal}/count', COUNT_QOS)
             self._record(Header, 'std_msgs/msg/Header', f'spikes/{signal}/event', EVENT_QOS)
-        self.flush_timer = self._steady(1.0, self._flush)
+        self.flush_timer = self.steady_timer(1.0, self._flush)
 
     def _open_lockstep(self) -> None:
         """Record the signals row by row: sample n of all of them, stamped with its model step."""
@@ -82,7 +78,7 @@ class Recorder(ManagedNode):
             self.sources[signal] = self.tap.create_subscription(
                 Float64, topic, lambda _: None, LOCKSTEP_QOS, raw=True
             )
-        self.flush_timer = self._steady(1.0, self._flush)
+        self.flush_timer = self.steady_timer(1.0, self._flush)
 
     def _take(self) -> None:
         """Take what has come since, and write the rows that are complete.
@@ -98,14 +94,13 @@ class Recorder(ManagedNode):
                 while (taken := source.handle.take_message(Float64, True)) is not None:
                     data, info = taken
                     number = number_of(info)
-                    if number is None or number > expected:
-                        self._write_rows(min(map(len, self.waiting)))
-                        lost = f'sample {expected} of {signal} was lost; the bag ends before it'
-                        self.break_off(UNNUMBERED if number is None else lost)
-                        return
                     if number == expected:
                         queue.append(data)
                         expected += 1
+                    elif wrong := flaw(number, expected, f' of {signal}'):
+                        self._write_rows(min(map(len, self.waiting)))
+                        self.break_off(f'{wrong}; the bag ends before it')
+                        return
         self._write_rows(min(map(len, self.waiting)))
 
     def _write_rows(self, rows: int) -> None:
@@ -129,8 +124,8 @@ class Recorder(ManagedNode):
     def begin(self) -> None:
         """Record from now on."""
         if self.values['lockstep']:
-            self.participant = Participant(self, lambda: None, self._missing, lambda: self.sources)
-            self.take_timer = self._steady(LOOK, self._take)
+            self.participant = Participant(self, lambda: None, self._missing)
+            self.take_timer = self.steady_timer(LOOK, self._take)
 
     def end(self) -> None:
         """Leave the lockstep."""
@@ -139,9 +134,6 @@ class Recorder(ManagedNode):
             self.destroy_timer(self.take_timer)
             self.participant.end()
             del self.participant
-
-    def _steady(self, period: float, work: Callable[[], None]) -> Any:
-        return self.create_timer(period, work, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _record(self, message: type, msgtype: str, name: str, qos: QoSProfile) -> None:
         topic = self.resolve_topic_name(name)
@@ -154,7 +146,7 @@ class Recorder(ManagedNode):
             self._write(topic, self.stamp_of(info), data)
             self.recorded[name] += 1
 
-        self.sources[name] = self.subscribe(message, name, receive, qos)
+        self.subscribe(message, name, receive, qos)
 
     def _write(self, topic: str, stamp: int, data: bytes) -> None:
         try:
@@ -170,13 +162,11 @@ class Recorder(ManagedNode):
 
     def shut(self) -> None:
         """Close the bag: this writes its index and metadata."""
-        owner = getattr(self, 'tap', self)
-        for subscription in getattr(self, 'sources', {}).values():
-            owner.destroy_subscription(subscription)
-        self.sources = {}
         if hasattr(self, 'tap'):
+            self.sources.clear()
             self.tap.destroy_node()
             del self.tap
+        self.unsubscribe()
         if hasattr(self, 'flush_timer'):
             self.destroy_timer(self.flush_timer)
             del self.flush_timer
@@ -191,13 +181,6 @@ class Recorder(ManagedNode):
     def report(self) -> tuple[bytes, str, dict[str, object]]:
         """Return the number of messages recorded per topic."""
         return OK, 'recording', {f'{name}.recorded': n for name, n in self.recorded.items()}
-
-    def matches(self) -> dict[str, int]:
-        """Return the number of publishers of each topic."""
-        return {
-            f'{name}.publishers': subscription.get_publisher_count()
-            for name, subscription in getattr(self, 'sources', {}).items()
-        }
 
 
 def _scenario_text(path: str) -> str | None:

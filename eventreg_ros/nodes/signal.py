@@ -43,10 +43,6 @@ class SignalNode(ManagedNode):
         """Say whether sample ``n`` of every input has come (lockstep)."""
         return True
 
-    def sources(self) -> dict[str, Any]:
-        """Return the subscriptions by signal."""
-        return {}
-
     def missing(self, n: int) -> list[str]:
         """Return the inputs whose sample ``n`` has not come yet (lockstep)."""
         return []
@@ -100,7 +96,8 @@ class SignalNode(ManagedNode):
         return self.pace.report()
 
     def matches(self) -> dict[str, int]:
-        """Return the number of subscribers of the output."""
+        """Return the number of subscribers of the output and of publishers of each input."""
         if not hasattr(self, 'publisher'):
             return {}
-        return {f'{self.values["output"]}.subscribers': self.publisher.get_subscription_count()}
+        count = self.publisher.get_subscription_count()
+        return {f'{self.values["output"]}.subscribers': count, **super().matches()}

@@ -14,7 +14,7 @@ from ..analysis.events import EventDetector
 from ..cdr import unpacked
 from ..parameter import ACTIVE
 from ..simulation.grid import SECOND
-from ..simulation.numbered import UNNUMBERED
+from ..simulation.numbered import flaw
 from .info import number_of
 from .lockstep import Participant
 from .managed import OK, FaultError, ManagedNode
@@ -35,12 +35,12 @@ class SpikeMonitor(ManagedNode):
 
     def open(self) -> None:
         """Create, per signal, a subscription and the publishers of count and events."""
-        self.counts, self.events, self.sources = {}, {}, {}
+        self.counts, self.events = {}, {}
         qos = LOCKSTEP_QOS if self.values['lockstep'] else SIGNAL_QOS
         for signal in self.values['signals']:
             self.counts[signal] = self.advertise(UInt64, f'spikes/{signal}/count', COUNT_QOS)
             self.events[signal] = self.advertise(Header, f'spikes/{signal}/event', EVENT_QOS)
-            self.sources[signal] = self.subscribe(Float64, signal, self._receiver(signal), qos)
+            self.subscribe(Float64, signal, self._receiver(signal), qos)
 
     def shut(self) -> None:
         """Destroy them."""
@@ -48,15 +48,13 @@ class SpikeMonitor(ManagedNode):
             for publisher in publishers.values():
                 self.destroy_lifecycle_publisher(publisher)
             publishers.clear()
-        for subscription in getattr(self, 'sources', {}).values():
-            self.destroy_subscription(subscription)
-        self.sources = {}
+        self.unsubscribe()
 
     def begin(self) -> None:
         """Count from 0."""
         self._restart()
         if self.values['lockstep']:
-            self.participant = Participant(self, lambda: None, self._missing, lambda: self.sources)
+            self.participant = Participant(self, lambda: None, self._missing)
         for count in self.counts.values():
             self.send(count, UInt64(data=0))
         early = list(self.early)
@@ -78,10 +76,11 @@ class SpikeMonitor(ManagedNode):
     def _fits(self, signal: str, number: int | None) -> bool:
         """Say whether this is the next sample in lockstep; break off when one was left out."""
         expected = self.seen[signal] + 1
-        if number is None or number > expected:
-            lost = f'lockstep stopped: sample {expected} of {signal} was lost'
-            self.break_off(UNNUMBERED if number is None else lost)
-        return number == expected
+        if number == expected:
+            return True
+        if wrong := flaw(number, expected, f' of {signal}'):
+            self.break_off(f'lockstep stopped: {wrong}')
+        return False
 
     def _step(self, signal: str) -> int:
         """Return the simulation time of the next sample in lockstep, and tell the clock of it."""
@@ -128,13 +127,6 @@ class SpikeMonitor(ManagedNode):
         """Return the counts."""
         counts = {f'{signal}.count': d.count for signal, d in self.detectors.items()}
         return OK, 'counting', dict(counts)
-
-    def matches(self) -> dict[str, int]:
-        """Return the number of publishers of each signal."""
-        return {
-            f'{signal}.publishers': subscription.get_publisher_count()
-            for signal, subscription in getattr(self, 'sources', {}).items()
-        }
 
 
 def main() -> int:

@@ -22,6 +22,10 @@ class Grid:
         """Return instant ``k`` in nanoseconds, rounded up."""
         return -((-k * self._period.numerator) // self._period.denominator)
 
+    def stamps(self, count: int) -> list[int]:
+        """Return the first ``count`` instants in nanoseconds."""
+        return [self.stamp(k) for k in range(count)]
+
     def index(self, stamp: int) -> int:
         """Return the last instant at or before ``stamp`` (nanoseconds)."""
         return stamp * self._period.denominator // self._period.numerator

@@ -10,6 +10,16 @@ from .hold import line
 UNNUMBERED = 'a sample came without a number, which lockstep needs; use rmw_fastrtps_cpp'
 
 
+def flaw(number: int | None, expected: int, whose: str = '') -> str | None:
+    """Say what is wrong when sample ``number`` comes in place of ``expected``; None: a repetition.
+
+    ``whose`` follows the sample's number in the words, as ' of y' does.
+    """
+    if number is None:
+        return UNNUMBERED
+    return f'sample {expected}{whose} was lost' if number > expected else None
+
+
 class Numbered:
     """The samples of one input, by number from 0."""
 
@@ -24,13 +34,8 @@ class Numbered:
         """Take sample ``number``; a gap or a value that is not finite is noted as the flaw."""
         if self.flaw is not None:
             return
-        if number is None:
-            self.flaw = UNNUMBERED
-            return
-        if number < self.received:
-            return
-        if number > self.received:
-            self.flaw = f'sample {self.received} was lost'
+        if number != self.received:
+            self.flaw = flaw(number, self.received)
         elif not math.isfinite(value):
             self.flaw = f'sample {number} is {value}'
         else:

@@ -63,13 +63,13 @@ class Samples:
         Returns False, and counts it, when it is not finite or comes after a newer one, or twice. A
         number that was left out counts as lost.
         """
+        since = (stamp - self._kept[-1][0]) / SECOND if self._kept else None
         if number is not None:
-            self._note_number(number, stamp)
+            self._note_number(number, since)
         if not math.isfinite(value):
             self.not_finite += 1
             return False
-        if self._kept:
-            since = (stamp - self._kept[-1][0]) / SECOND
+        if since is not None:
             if since < -RESTART:
                 self._kept.clear()
             elif since <= 0.0:
@@ -81,12 +81,14 @@ class Samples:
         self._kept.append((stamp, value))
         return True
 
-    def _note_number(self, number: int, stamp: int) -> None:
-        """Count the samples between the last one and ``number``, if the same writer sent both."""
+    def _note_number(self, number: int, since: float | None) -> None:
+        """Count the samples between the last one and ``number``, if the same writer sent both.
+
+        ``since``: the seconds between their stamps.
+        """
         before, self._number = self._number, number
-        if before is None or not self._kept:
+        if before is None or since is None:
             return
-        since = (stamp - self._kept[-1][0]) / SECOND
         if since <= 0.0:  # late or twice
             self._number = max(before, number)
         elif number > before:

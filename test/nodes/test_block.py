@@ -293,7 +293,7 @@ def test_a_transition_that_the_state_does_not_have_is_refused_and_the_node_lives
 def test_two_publishers_of_one_input_are_told(bench):
     node = bench.add(PLANT)
     first, second = (bench.peer.create_publisher(Float64, 'w', 10) for _ in range(2))
-    bench.until(lambda: node.subscriptions_by_input['w'].get_publisher_count() == 2)
+    bench.until(lambda: node.sources['w'].get_publisher_count() == 2)
     level, message, _ = node.report()
     assert level == DiagnosticStatus.WARN
     assert 'w' in message

@@ -25,7 +25,7 @@ class Line:
         self.publisher = bench.peer.create_publisher(Float64, 'u', 100)
         bench.until(lambda: self.publisher.get_subscription_count() == 2)
         bench.until(lambda: self.node.publisher.get_subscription_count() == 1)
-        bench.until(lambda: self.node.source.get_publisher_count() == 1)
+        bench.until(lambda: self.node.sources['u'].get_publisher_count() == 1)
 
     def send(self, values):
         """Send ``values`` a few at a time, so that no queue overflows, and wait until all left."""
