@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from eventreg_ros.analysis.bags import write_bag
+from eventreg_ros.cli.main import main
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -78,6 +79,46 @@ def eventreg():
         return python('-m', 'eventreg_ros', *map(str, arguments), **more)
 
     return run
+
+
+@pytest.fixture
+def refused(capsys):
+    """Run the command, which refuses its arguments; return its one line."""
+
+    def run(*arguments):
+        try:
+            code = main([str(argument) for argument in arguments])
+        except SystemExit as end:
+            code = end.code
+        captured = capsys.readouterr()
+        assert code == 2
+        assert captured.out == ''
+        assert captured.err.endswith('\n')
+        assert captured.err.count('\n') == 1
+        assert captured.err.startswith('eventreg: ')
+        return captured.err
+
+    return run
+
+
+@pytest.fixture
+def spawn():
+    """Start this Python with arguments as a process; it is ended with the test."""
+    started = []
+
+    def start(*arguments, **options):
+        process = subprocess.Popen(
+            [sys.executable, *map(str, arguments)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
+        )  # fmt: skip
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
 
 
 @pytest.fixture(name='python')

@@ -338,13 +338,6 @@ def test_figures_are_found_by_name_in_the_order_of_the_table():
         (['exact', '--out', '/dev/null/figures'], 'cannot make the directory /dev/null/figures'),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(arguments, words, capsys, tmp_path, monkeypatch):
+def test_bad_input_is_one_line_and_exit_code_2(arguments, words, refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    try:
-        code = main(['figures', *arguments])
-    except SystemExit as stop:
-        code = stop.code
-    error = capsys.readouterr().err
-    assert code == 2
-    assert words in error
-    assert error.count('\n') == 1
+    assert words in refused('figures', *arguments)

@@ -1,32 +1,22 @@
 """Starting ``eventreg run`` as a process, and finding the nodes that it started."""
 
 import os
-import subprocess
-import sys
 
 import pytest
 
 
 @pytest.fixture
-def run(tmp_path):
+def run(spawn, tmp_path):
     """Start ``eventreg run`` on a free domain of the loopback; nothing of it outlives the test."""
-    started = []
+    environment = {k: v for k, v in os.environ.items() if k != 'ROS_DOMAIN_ID'}
 
     def start(*arguments):
-        environment = {k: v for k, v in os.environ.items() if k != 'ROS_DOMAIN_ID'}
-        process = subprocess.Popen(
-            [sys.executable, '-m', 'eventreg_ros', 'run', *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
-            cwd=tmp_path, start_new_session=True,
+        return spawn(
+            '-m', 'eventreg_ros', 'run', *arguments,
+            env=environment, cwd=tmp_path, start_new_session=True,
         )  # fmt: skip
-        started.append(process)
-        return process
 
-    yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+    return start
 
 
 @pytest.fixture(name='children')

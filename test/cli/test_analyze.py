@@ -26,19 +26,6 @@ def analyze(capsys):
     return run
 
 
-@pytest.fixture
-def refused(analyze):
-    """Run it on something that it refuses; return its one line."""
-
-    def run(*arguments):
-        code, output, error = analyze(*arguments)
-        assert (code, output) == (2, '')
-        assert error.count('\n') == 1
-        return error
-
-    return run
-
-
 # Exit codes ---------------------------------------------------------------------------------------
 
 
@@ -148,8 +135,8 @@ def test_a_namespace_may_be_chosen(analyze, tmp_path, loop_signals, refused):
     writer.close()
     assert analyze(tmp_path / 'bag', '--namespace', '/a')[0] == 0
     assert analyze(tmp_path / 'bag', '--namespace', 'b')[0] == 1
-    assert 'choose one with --namespace' in refused(tmp_path / 'bag')
-    assert 'in namespace /c' in refused(tmp_path / 'bag', '--namespace', 'c')
+    assert 'choose one with --namespace' in refused('analyze', tmp_path / 'bag')
+    assert 'in namespace /c' in refused('analyze', tmp_path / 'bag', '--namespace', 'c')
 
 
 # What is refused ----------------------------------------------------------------------------------
@@ -157,15 +144,17 @@ def test_a_namespace_may_be_chosen(analyze, tmp_path, loop_signals, refused):
 
 def test_no_bag(refused, tmp_path):
     (tmp_path / 'text.txt').write_text('hello')
-    assert 'does not exist; check the path' in refused(tmp_path / 'none')
-    assert 'is no bag' in refused(tmp_path)
-    assert 'cannot be read' in refused(tmp_path / 'text.txt')
+    assert 'does not exist; check the path' in refused('analyze', tmp_path / 'none')
+    assert 'is no bag' in refused('analyze', tmp_path)
+    assert 'cannot be read' in refused('analyze', tmp_path / 'text.txt')
 
 
 def test_a_scenario_that_does_not_fit_the_bag(make_bag, refused):
     bag = make_bag(w=W, y=[])
-    assert 'holds no sample of u (of controller), which scenario made publishes' in refused(bag)
-    error = refused(bag, '--scenario', 'open')
+    assert 'holds no sample of u (of controller), which scenario made publishes' in refused(
+        'analyze', bag
+    )
+    error = refused('analyze', bag, '--scenario', 'open')
     for missing in ('v (of stimulus)', 'y_r (of reference)', 'u (of controller)'):
         assert missing in error
 
@@ -173,8 +162,8 @@ def test_a_scenario_that_does_not_fit_the_bag(make_bag, refused):
 def test_a_bag_without_y(make_bag, refused):
     bag = make_bag(w=W, u=U, text=None)
     with pytest.raises(AssertionError):  # the note on the missing scenario comes first
-        refused(bag)
-    assert 'no sample of y (of plant)' in refused(bag, '--scenario', 'exact')
+        refused('analyze', bag)
+    assert 'no sample of y (of plant)' in refused('analyze', bag, '--scenario', 'exact')
 
 
 @pytest.mark.parametrize(
@@ -182,19 +171,21 @@ def test_a_bag_without_y(make_bag, refused):
 )
 def test_a_bag_whose_scenario_is_broken(make_bag, refused, analyze, text):
     bag = make_bag(w=W, y=[], u=U, text=text)
-    assert 'scenario made' in refused(bag)
+    assert 'scenario made' in refused('analyze', bag)
     assert analyze(bag, '--scenario', 'exact')[0] == 0
 
 
 def test_a_scenario_that_is_not_there(make_bag, refused):
-    assert "no scenario 'none'" in refused(make_bag(w=W, y=[], u=U), '--scenario', 'none')
+    assert "no scenario 'none'" in refused(
+        'analyze', make_bag(w=W, y=[], u=U), '--scenario', 'none'
+    )
 
 
 def test_places_that_cannot_be_written(make_bag, refused, tmp_path):
     bag = make_bag(w=W, y=[], u=U)
     for option in ('--json', '--report'):
-        assert 'name another file' in refused(bag, option, tmp_path)
-        assert 'name another file' in refused(bag, option, tmp_path / 'no' / 'such')
+        assert 'name another file' in refused('analyze', bag, option, tmp_path)
+        assert 'name another file' in refused('analyze', bag, option, tmp_path / 'no' / 'such')
 
 
 # What it needs ------------------------------------------------------------------------------------

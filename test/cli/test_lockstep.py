@@ -24,6 +24,19 @@ def determinism(monkeypatch):
         yield determinism
 
 
+@pytest.fixture
+def stepping(run):
+    """Start a run in lockstep that would go on for long; return it once steps are made."""
+
+    def start(*arguments):
+        process = run('exact', '--lockstep', '--duration', '100000', *arguments)
+        assert 'clock' in process.stdout.readline()
+        assert ' of 100000 s' in process.stdout.readline()
+        return process
+
+    return start
+
+
 def data(bag):
     return {
         name: (stamps.tobytes(), values.tobytes())
@@ -57,10 +70,8 @@ def test_stamps_of_a_rate_of_no_whole_nanoseconds_are_the_same_too(eventreg, tmp
     assert data(bags[0]) == data(bags[1])
 
 
-def test_a_block_killed_on_the_way_ends_the_run_and_keeps_the_bag(run, children, tmp_path):
-    process = run('exact', '--lockstep', '--duration', '100000', '--bag', 'bag')
-    assert 'clock' in process.stdout.readline()
-    assert ' of 100000 s' in process.stdout.readline()
+def test_a_block_killed_on_the_way_ends_the_run_and_keeps_the_bag(stepping, children, tmp_path):
+    process = stepping('--bag', 'bag')
     os.kill(children(process)['plant'], signal.SIGKILL)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 4
@@ -70,10 +81,8 @@ def test_a_block_killed_on_the_way_ends_the_run_and_keeps_the_bag(run, children,
     assert {len(values) for _, values in signals.values()} == {len(signals['y'][1])}
 
 
-def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(run, children):
-    process = run('exact', '--lockstep', '--duration', '100000', '-p', '/**.lockstep_timeout:=4.0')
-    assert 'clock' in process.stdout.readline()
-    assert ' of 100000 s' in process.stdout.readline()
+def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(stepping, children):
+    process = stepping('-p', '/**.lockstep_timeout:=4.0')
     plant = children(process)['plant']
     os.kill(plant, signal.SIGSTOP)
     _, err = process.communicate(timeout=60)
@@ -82,13 +91,8 @@ def test_a_stopped_block_ends_the_run_within_its_limit_and_the_link_is_named(run
     assert 'of input y' in err
 
 
-def test_a_stopped_recorder_ends_the_run_and_is_named(run, children, tmp_path):
-    process = run(
-        'exact', '--lockstep', '--duration', '100000', '-p', '/**.lockstep_timeout:=2.0',
-        '--bag', 'bag',
-    )  # fmt: skip
-    assert 'clock' in process.stdout.readline()
-    assert ' of 100000 s' in process.stdout.readline()
+def test_a_stopped_recorder_ends_the_run_and_is_named(stepping, children, tmp_path):
+    process = stepping('-p', '/**.lockstep_timeout:=2.0', '--bag', 'bag')
     os.kill(children(process)['recorder'], signal.SIGSTOP)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 4

@@ -12,21 +12,6 @@ from eventreg_ros.cli.main import VERBS, build_parser, fail, main
 from eventreg_ros.errors import EventregError
 
 
-def refused(capsys, *arguments):
-    """Run the command, which refuses its arguments; return its one line."""
-    try:
-        code = main(arguments)
-    except SystemExit as end:
-        code = end.code
-    captured = capsys.readouterr()
-    assert code == 2
-    assert captured.out == ''
-    assert captured.err.endswith('\n')
-    assert captured.err.count('\n') == 1
-    assert captured.err.startswith('eventreg: ')
-    return captured.err
-
-
 @pytest.mark.parametrize('verb', VERBS)
 def test_every_verb_has_arguments_and_help(capsys, verb):
     with pytest.raises(SystemExit) as end:
@@ -62,8 +47,8 @@ def test_help_names_every_verb(capsys):
         (['run', 'none.yaml'], "scenario file 'none.yaml' does not exist; check the path"),
     ],
 )
-def test_bad_arguments_are_one_line(capsys, arguments, words):
-    assert words in refused(capsys, *arguments)
+def test_bad_arguments_are_one_line(refused, arguments, words):
+    assert words in refused(*arguments)
 
 
 def test_errors_of_several_lines_are_told_in_one(capsys):

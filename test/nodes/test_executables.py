@@ -1,9 +1,6 @@
 """The nodes as processes: arguments, signals, exit codes, and the closed loop over DDS."""
 
-import os
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
@@ -14,27 +11,14 @@ from eventreg_ros.parameters import NODES
 
 
 @pytest.fixture
-def launch(domain):
+def launch(domain, spawn):
     """Start a node as ``ros2 run`` would; everything started is ended with the test."""
-    started = []
 
     def start(node, *arguments):
-        command = [sys.executable, '-m', f'eventreg_ros.nodes.{node}']
-        process = subprocess.Popen(
-            [*command, *(['--ros-args', *arguments] if arguments else [])],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=dict(os.environ),
-        )
-        started.append(process)
-        return process
+        ros = ['--ros-args', *arguments] if arguments else []
+        return spawn('-m', f'eventreg_ros.nodes.{node}', *ros)
 
-    yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+    return start
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

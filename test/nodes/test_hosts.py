@@ -1,12 +1,12 @@
 """Three hosts in network namespaces: what their links do to datagrams, and the loop's verdict."""
 
+import functools
 import importlib.util
 import json
 import math
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -31,24 +31,10 @@ def netns():
 
 
 @pytest.fixture
-def start(netns):
+def start(netns, spawn):
     """Start a script of ours as a process; it and its namespaces end with the test."""
-    started = []
-
-    def run(script, *arguments):
-        paths = os.pathsep.join(map(str, (ROOT, BENCH)))
-        process = subprocess.Popen(
-            [sys.executable, str(script), *arguments], env={**os.environ, 'PYTHONPATH': paths},
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        started.append(process)
-        return process
-
-    yield run
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+    paths = os.pathsep.join(map(str, (ROOT, BENCH)))
+    return functools.partial(spawn, env={**os.environ, 'PYTHONPATH': paths})
 
 
 def finished(process):
@@ -124,9 +110,11 @@ def test_the_loop_on_three_hosts_rejects_over_a_lossy_link_without_multicast(sta
 
 
 HOLD = """
+import signal
 import time
 import netns
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's jobs are born ignoring it
 netns.enter()
 with netns.Hosts(['one', 'other']) as hosts:
     commands = [hosts.within(name) for name in ('one', 'other')]
