@@ -20,12 +20,12 @@ import numpy as np
 from realtime import busy, own_environment
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.analysis.bags import read_bag
-from eventreg_ros.cli.domain import loopback_domain
-from eventreg_ros.cli.processes import Processes, node_command
-from eventreg_ros.cli.session import complete, in_lockstep
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.errors import EventregError
-from eventreg_ros.simulation.grid import Grid
+from eventreg_ros.runtime.tick_grid import TickGrid
+from eventreg_ros.session.domain import loopback_domain
+from eventreg_ros.session.processes import Processes, node_command
+from eventreg_ros.session.session import complete, in_lockstep
 from eventreg_ros.simulation.sampled import simulate_sampled
 
 LATE = 5.0
@@ -57,7 +57,7 @@ def recorded(
     os.environ.pop('ROS_DOMAIN_ID', None)
     with loopback_domain(os.environ) as environment:
         os.environ.update(environment)
-        from eventreg_ros.nodes.conductor import Conductor
+        from eventreg_ros.session.client import Conductor
 
         scenario, stored = scenarios.load(name), bag.with_suffix('.scenario.yaml')
         stored.write_text(scenario.to_yaml())
@@ -96,7 +96,7 @@ def simulated(name: str, seconds: float) -> str:
     """Return the hash of the sampled simulation, stamped as a bag of lockstep is."""
     scenario = scenarios.load(name)
     run = simulate_sampled(scenario.blocks, scenario.stimulus, seconds * scenario.time_scale)
-    stamps = np.array(Grid(scenario.rate).stamps(len(run.t)), np.int64).tobytes()
+    stamps = np.array(TickGrid(scenario.rate).stamps(len(run.t)), np.int64).tobytes()
     return hash_of({n: (stamps, x.astype(np.float64).tobytes()) for n, x in run.signals.items()})
 
 

@@ -15,10 +15,10 @@ import numpy as np
 from eventreg_ros import scenario
 from eventreg_ros.analysis.verdict import judge
 from eventreg_ros.errors import EventregError
-from eventreg_ros.margin import limit
+from eventreg_ros.robustness.evaluator import Evaluator, Setting
+from eventreg_ros.robustness.margins import limit
 from eventreg_ros.simulation import hold
 from eventreg_ros.simulation.sampled import Network
-from eventreg_ros.trial import Setting, Trial
 
 HORIZONS = (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0)
 SCENARIOS = ('exact', 'mismatch', 'open', 'linear')
@@ -53,7 +53,7 @@ def horizon_table(h: float) -> list[str]:
 def first_failure(setup: scenario.Scenario, h: float) -> str:
     """Return the first delay at which the linear hold, with the horizon of now, is not rejected."""
     rate = setup.time_scale / h
-    found = limit(Trial(setup, 'linear', rate, Setting()), 'delay')
+    found = limit(Evaluator(setup, 'linear', rate, Setting()), 'delay')
     first = f'> {found.scanned_to:g}' if found.fails_at is None else f'{found.fails_at:.2f}'
     return f'{first}*' if setup.name != LINEAR and out_of_bounds(setup, rate) else first
 

@@ -22,11 +22,11 @@ from typing import Any
 from netns import Hosts, enter
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.cli.analyze import report_on
-from eventreg_ros.cli.processes import Processes
-from eventreg_ros.cli.session import Session
+from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.errors import EventregError
-from eventreg_ros.simulation.wire import Impairment
+from eventreg_ros.runtime.relay import Impairment
+from eventreg_ros.session.processes import Processes
+from eventreg_ros.session.session import Observer, Session
 
 BLOCKS = ('exosystem', 'plant', 'controller')
 """The hosts, by the block that runs there; the last one records and analyses."""
@@ -50,6 +50,10 @@ SHORT = {'duration': 17.0, 'settle': 40.0}
 DELAYS, LOSSES = (0.0, 20.0, 40.0, 50.0), (0.0, 0.05, 0.2)
 
 
+BEGUN = 'begun'
+"""What the process that conducts a run prints once all nodes are matched and begin."""
+
+
 class HostProcesses(Processes):
     """Starts the node of each block on its own host, and the others on this one."""
 
@@ -62,17 +66,29 @@ class HostProcesses(Processes):
         super().start(name, [*self._prefixes.get(name, ()), *command], environment)
 
 
+class Began(Observer):
+    """Says when the run has begun: from then on the links are to be impaired."""
+
+    said = False
+
+    def progressed(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
+        """Print a line at the first progress."""
+        if not self.said:
+            print(BEGUN, flush=True)
+        self.said = True
+
+
 def conduct(order: dict[str, Any]) -> dict[str, Any]:
     """Run one session on the host of the controller and return its report."""
     with tempfile.TemporaryDirectory(prefix='eventreg_hosts_') as scratch:
         bag = Path(scratch) / 'bag'
         scenario = scenarios.load(order['scenario'], order['overrides'])
-        session = Session(scenario, bag, order['duration'])
+        session = Session(scenario, bag, order['duration'], observer=Began())
         session.processes = HostProcesses(order['prefixes'])
         session.perform()
         if session.troubles:
             raise EventregError('; '.join(session.troubles))
-        report = report_on(bag, None, order['settle'], order['window'])
+        report = analyze(bag, settle=order['settle'], window=order['window']).report
         return {**report, 'measured': session.timing}
 
 
@@ -109,7 +125,7 @@ def run(
         said = ''
         for line in child.stdout:
             said = line
-            if 'events:' in line:  # the first line of progress: all is matched and begins
+            if line.strip() == BEGUN:
                 hosts.impair(impairment)
         if child.wait():
             errors.seek(0)

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from eventreg_ros.cli.domain import loopback_domain
-from eventreg_ros.cli.processes import node_command
+from eventreg_ros.session.domain import loopback_domain
+from eventreg_ros.session.processes import node_command
 
 CASES = ((200.0, 0.0), (200.0, 0.001), (200.0, 0.02), (1000.0, 0.0), (1000.0, 0.02))
 """Samples per second, delay in seconds."""

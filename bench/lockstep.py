@@ -21,9 +21,9 @@ from statistics import median
 from realtime import cpu_seconds
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.cli.domain import loopback_domain
-from eventreg_ros.cli.processes import Processes, node_command
-from eventreg_ros.cli.session import complete, in_lockstep
+from eventreg_ros.session.domain import loopback_domain
+from eventreg_ros.session.processes import Processes, node_command
+from eventreg_ros.session.session import complete, in_lockstep
 
 ROLES = ('exosystem', 'plant', 'controller')
 GOALS = {'processes': 0.8, 'composed': 0.6}

@@ -18,11 +18,11 @@ from pathlib import Path
 from realtime import own_environment
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.cli.analyze import report_on
-from eventreg_ros.cli.impair import with_links
-from eventreg_ros.cli.session import Session
-from eventreg_ros.margin import KINDS, limit
-from eventreg_ros.trial import Setting, Trial
+from eventreg_ros.analysis.recorded import analyze
+from eventreg_ros.robustness.evaluator import Evaluator, Setting
+from eventreg_ros.robustness.margins import KINDS, limit
+from eventreg_ros.scenario.links import with_links
+from eventreg_ros.session.session import Session
 
 SECONDS, SETTLE = 17.0, 40.0
 """The shortest run that holds three events of w after settling (model time)."""
@@ -35,7 +35,7 @@ def offline(name: str, kind: str) -> float:
     """Return the limit of a scenario by simulations as long as the runs."""
     scenario = scenarios.load(name)
     setting = Setting(SECONDS * scenario.time_scale, SETTLE, rate=scenario.rate)
-    found = limit(Trial(scenario, 'zero', scenario.rate, setting), kind)
+    found = limit(Evaluator(scenario, 'zero', scenario.rate, setting), kind)
     assert found.largest is not None
     return found.largest
 
@@ -48,7 +48,7 @@ def live(name: str, kind: str, value: float) -> str:
         bag = Path(scratch) / 'bag'
         with redirect_stdout(StringIO()):
             Session(scenario, bag, SECONDS).perform()
-        report = report_on(bag, None, SETTLE, 5.0)
+        report = analyze(bag, settle=SETTLE).report
     spurious = report['rejection']['spurious']
     return 'rejected' if report['verdict'] == 'rejected' else f'**{spurious} spurious**'
 

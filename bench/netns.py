@@ -3,7 +3,7 @@
 Each host has a veth pair to a switch: this process, which sits in a namespace of its own without
 any other interface, so that nothing can leave. Where the kernel has ``sch_netem`` the switch is a
 bridge and ``tc netem`` on its ports impairs what goes to each host; elsewhere a thread passes the
-frames on and impairs them by :class:`eventreg_ros.simulation.wire.Wire`. The namespaces have no
+frames on and impairs them by :class:`eventreg_ros.runtime.relay.Relay`. The namespaces have no
 names and end with the processes that hold them: nothing is left behind, however this ends.
 
 Run ``PYTHONPATH=. python bench/netns.py`` to see what the links really add (docs/hosts.md).
@@ -23,7 +23,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from eventreg_ros.simulation.wire import Impairment, Wire
+from eventreg_ros.runtime.relay import Impairment, Relay
 
 INSIDE = 'EVENTREG_NETNS'
 """Environment variable that tells a process that it is the switch already."""
@@ -193,8 +193,8 @@ class Switch(threading.Thread):
         super().__init__(daemon=True)
         self._ports = {name: port(interface) for name, (interface, _) in ports.items()}
         self._behind = {bytes.fromhex(m.replace(':', '')): n for n, (_, m) in ports.items()}
-        self.wires: dict[str, Wire[bytes]] = {
-            name: Wire(Impairment(order='any'), f'{seed} {name}') for name in ports
+        self.wires: dict[str, Relay[bytes]] = {
+            name: Relay(Impairment(order='any'), f'{seed} {name}') for name in ports
         }
         self.multicast = 0
         """Frames to groups; they are not passed on."""

@@ -22,13 +22,13 @@ from pathlib import Path
 import numpy as np
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.analysis.bags import read_bag
-from eventreg_ros.cli.analyze import report_on
-from eventreg_ros.cli.domain import loopback_domain
-from eventreg_ros.cli.processes import Processes, node_command
-from eventreg_ros.cli.session import Session
+from eventreg_ros.analysis.recorded import analyze
+from eventreg_ros.bags.reader import read_bag
+from eventreg_ros.runtime.tick_grid import TickGrid
+from eventreg_ros.session.domain import loopback_domain
+from eventreg_ros.session.processes import Processes, node_command
+from eventreg_ros.session.session import Session
 from eventreg_ros.simulation.block import Block, BlockSpec
-from eventreg_ros.simulation.grid import Grid
 
 BLOCKS = ('exosystem', 'plant', 'controller')
 TICKS = os.sysconf('SC_CLK_TCK')
@@ -109,7 +109,7 @@ def measure(
         session = Watched(scenarios.load(scenario, overrides), bag, seconds)
         with redirect_stdout(StringIO()):
             session.perform()
-        report = report_on(bag, None, min(100.0, 5.0 * seconds), 5.0)
+        report = analyze(bag, settle=min(100.0, 5.0 * seconds)).report
         drifted = drift(bag, session.scenario.blocks['exosystem'])
     said = [session.timing[block] for block in BLOCKS]
     late = [1e6 * max(float(s[f'lateness.{key}']) for s in said) for key in ('p50', 'p99', 'max')]
@@ -140,7 +140,7 @@ def drift(bag: Path, spec: BlockSpec) -> int:
     over a hundred samples since single ones are sent late, is compared at the start and the end.
     """
     stamps, values = (each.tolist() for each in read_bag(bag).signals['w'])
-    grid, block = Grid(spec.rate), Block(spec)
+    grid, block = TickGrid(spec.rate), Block(spec)
     number = {block.y: 0}
     for n in range(grid.index(stamps[-1]) - grid.index(stamps[0]) + int(10 * spec.rate)):
         number[block.advance((), ())] = n + 1
@@ -192,7 +192,7 @@ def alone(
 ) -> tuple[dict[str, str], float]:
     """Return what an exosystem says of itself after ``seconds``, and its CPU in cores."""
     os.environ.update(environment)
-    from eventreg_ros.nodes.conductor import Conductor
+    from eventreg_ros.session.client import Conductor
 
     arguments = ['-p', 'rate:=1000.0', '-p', f'precision:={precision}', '--log-level', 'WARN']
     processes = Processes()

@@ -9,10 +9,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from eventreg_ros.analysis.bags import read_bag
 from eventreg_ros.analysis.events import detect
-from eventreg_ros.analysis.lines import broken
-from eventreg_ros.analysis.plots import (
+from eventreg_ros.bags.reader import read_bag
+from eventreg_ros.plots.decimate import broken
+from eventreg_ros.plots.style import (
     GREY,
     LABELS,
     TIME,
@@ -22,7 +22,7 @@ from eventreg_ros.analysis.plots import (
     save,
     style,
 )
-from eventreg_ros.cli.domain import loopback_domain
+from eventreg_ros.session.domain import loopback_domain
 
 OFF, ON, END = 13.0, 25.0, 40.0
 """Seconds of the run at which the controller is switched off and on, and at which it ends."""
@@ -32,7 +32,7 @@ def record(bag):
     """Run the scenario exact into ``bag``; switch the controller by its lifecycle."""
     with loopback_domain(os.environ) as environment:
         os.environ.update(environment)
-        from eventreg_ros.nodes.conductor import ACTIVATE, DEACTIVATE, Conductor
+        from eventreg_ros.session.client import ACTIVATE, DEACTIVATE, Conductor
 
         command = [sys.executable, '-m', 'eventreg_ros', 'run', 'exact']
         run = subprocess.Popen([*command, '--duration', str(END), '--bag', str(bag)])

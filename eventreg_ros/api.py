@@ -22,14 +22,14 @@ from .analysis.events import RESET, THRESHOLD, detect
 from .analysis.rejection import SETTLE, WINDOW
 from .analysis.verdict import Report, table
 from .analysis.verdict import judge as judge_signals
-from .certify import certify
 from .errors import EventregError
-from .models.certificates import Certificate
 from .scenario import Scenario
 from .simulation.continuous import simulate as simulate_continuous
 from .simulation.sampled import simulate_sampled
 from .simulation.trajectory import Array, Trajectory
 from .simulation.wiring import common_grid
+from .theory.certificates import Certificate
+from .theory.certify import certify
 
 FINE = 0.02
 """Model time between the samples in which a continuous run's events are looked for, at most."""

@@ -11,9 +11,9 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.cli.impair import with_links
 from eventreg_ros.errors import EventregError
-from eventreg_ros.parameters import kind_of
+from eventreg_ros.scenario.links import with_links
+from eventreg_ros.scenario.parameters import kind_of
 
 ARGUMENTS = (
     DeclareLaunchArgument(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eventreg_ros.analysis.bags import write_bag
+from eventreg_ros.bags.writer import write_bag
 from eventreg_ros.cli.main import main
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -8,11 +8,11 @@ import pytest
 import eventreg_ros
 from eventreg_ros import certificates, events, judge, load, simulate
 from eventreg_ros.analysis.events import detect
-from eventreg_ros.certify import certify
 from eventreg_ros.cli.main import main
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.simulation.continuous import simulate as continuous
 from eventreg_ros.simulation.sampled import simulate_sampled
+from eventreg_ros.theory.certify import certify
 
 
 @pytest.fixture(scope='module')

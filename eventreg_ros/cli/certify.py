@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from .arguments import add_json, add_scenario, load_scenario, positive, write_json
 
 if TYPE_CHECKING:
-    from ..models.certificates import Certificate
+    from ..theory.certificates import Certificate
 
 WIDTH = 100
 INDENT = 10
@@ -55,8 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Print the certificates of the scenario; return 0."""
-    from ..certify import certify
-    from ..simulation.lyapunov import TIME
+    from ..theory.certify import certify
+    from ..theory.lyapunov import TIME
 
     scenario = load_scenario(args)
     time = TIME if args.time is None else args.time

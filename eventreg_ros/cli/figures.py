@@ -71,8 +71,8 @@ def write(drawable: Drawable, stem: Path, formats: tuple[str, ...], data: bool) 
     Raises EventregError when a file cannot be written.
     """
     from ..analysis.export import write_signals
-    from ..analysis.figures import draw
-    from ..analysis.plots import save
+    from ..plots.figures import draw
+    from ..plots.style import save
 
     d = drawable
     picture = draw(

@@ -39,9 +39,9 @@ from .arguments import (
 )
 
 if TYPE_CHECKING:
-    from ..margin import Limit, Map
+    from ..robustness.evaluator import Setting
+    from ..robustness.margins import Limit, Map
     from ..scenario import Scenario
-    from ..trial import Setting
 
 SMALLER = {'columns': 8, 'rows': 10}
 """The size of the picture's map without numba, where a run takes a hundred times as long."""
@@ -74,9 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Search and print the margins, draw the picture if asked for, and return 0."""
-    from ..margin import delay_and_loss, margins, reach
+    from ..robustness.evaluator import Setting
+    from ..robustness.margins import delay_and_loss, margins, reach
     from ..simulation.jit import compiles
-    from ..trial import Setting
 
     check_plot(args.plot)
     need_writable(args.json)
@@ -116,7 +116,7 @@ class Line:
 
 def check_plot(path: Path | None) -> None:
     """Raise EventregError, before any work is done, unless a picture can be written to ``path``."""
-    from ..analysis.plots import METADATA
+    from ..plots.style import METADATA
 
     if path is None:
         return
@@ -129,8 +129,8 @@ def check_plot(path: Path | None) -> None:
 
 def draw(path: Path, found: Map, scenario: Scenario, setting: Setting) -> None:
     """Draw the map and write it to ``path``. Raises EventregError when it cannot."""
-    from ..analysis.margin_plot import draw_map
-    from ..analysis.plots import save
+    from ..plots.margin_map import draw_map
+    from ..plots.style import save
 
     title = (
         f'{scenario.name}: verdict at {found.rate:g} samples per second (h = {found.h:g}), '

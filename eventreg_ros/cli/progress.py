@@ -5,8 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 
+from ..session.session import Observer
 
-class Progress:
+
+class Terminal(Observer):
     """Time and event counts: one line that is written over, or, in a file, one every 5 s."""
 
     def __init__(self, duration: float) -> None:
@@ -14,7 +16,15 @@ class Progress:
         self._terminal = sys.stdout.isatty()
         self._next = 0.0
 
-    def show(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
+    def began(self, line: str) -> None:
+        """Print the first line."""
+        print(line, flush=True)
+
+    def warned(self, line: str) -> None:
+        """Print a line on standard error, below the counts."""
+        print(f'\neventreg: {line}', file=sys.stderr, flush=True)
+
+    def progressed(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
         """Show the counts at ``elapsed`` seconds, if it is time to."""
         if elapsed < self._next and not last:
             return

@@ -6,11 +6,13 @@ import argparse
 import time
 from pathlib import Path
 
+from ..analysis.recorded import analyze
 from ..analysis.verdict import EXIT_CODES, table
 from ..errors import EventregError, ros_is_missing
 from ..scenario import Scenario
+from ..scenario.links import add_link, with_links
+from ..session.session import Session
 from . import live_timing
-from .analyze import report_on
 from .arguments import (
     add_json,
     add_scenario,
@@ -20,9 +22,8 @@ from .arguments import (
     positive,
     write_json,
 )
-from .impair import add_link, with_links
 from .main import fail
-from .session import Session
+from .progress import Terminal
 
 BROKEN = 4
 """Exit code when a node died on the way; the verdict's codes are those of the contract."""
@@ -53,11 +54,18 @@ def main(args: argparse.Namespace) -> int:
     scenario = scenario_of(args)
     bag = args.bag or chosen_path(scenario)
     check(scenario, bag, args.json)
-    session = Session(scenario, bag, args.duration, lockstep=args.lockstep, composed=args.composed)
+    session = Session(
+        scenario,
+        bag,
+        args.duration,
+        lockstep=args.lockstep,
+        composed=args.composed,
+        observer=Terminal(args.duration),
+    )
     session.perform()
     broken = '; '.join(session.troubles)
     try:
-        report = report_on(bag, None, args.settle, args.window)
+        report = analyze(bag, settle=args.settle, window=args.window).report
     except EventregError as error:
         if not broken:
             raise
@@ -102,6 +110,6 @@ def check(scenario: Scenario, bag: Path, json: Path | None) -> None:
 def need_rclpy() -> None:
     """Raise EventregError when there is no ROS."""
     try:
-        from ..nodes import conductor  # noqa: F401
+        from ..session import client as conductor  # noqa: F401
     except ImportError as error:
         raise EventregError(ros_is_missing('run', error)) from None

@@ -112,10 +112,10 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
 
         write_signals(args.out, run.t, run.signals)
     if args.bag is not None:
-        from ..analysis.bags import write_bag
-        from ..simulation.grid import Grid
+        from ..bags.writer import write_bag
+        from ..runtime.tick_grid import TickGrid
 
-        scenario, stamps = run.scenario, Grid(run.scenario.rate).stamps(len(run.t))
+        scenario, stamps = run.scenario, TickGrid(run.scenario.rate).stamps(len(run.t))
         signals = {name: (stamps, x) for name, x in run.signals.items()}
         write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
     write_json(args.json, report)

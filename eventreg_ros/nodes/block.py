@@ -6,16 +6,14 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from std_msgs.msg import Float64
-
-from ..cdr import unpacked
-from ..parameter import ACTIVE
+from ..runtime.cdr import unpacked
+from ..runtime.duration_histogram import DurationHistogram
+from ..runtime.sequenced_input import SequencedInput
+from ..runtime.stamped_input import StampedInput
+from ..runtime.tick_grid import SECOND
 from ..scenario import block_spec
+from ..scenario.parameter import ACTIVE
 from ..simulation.block import Block
-from ..simulation.grid import SECOND
-from ..simulation.numbered import Numbered
-from ..simulation.samples import Samples
-from ..simulation.tally import Tally
 from .info import number_of
 from .managed import ERROR, OK, WARN, InfoCallback
 from .realtime import RealTime
@@ -29,15 +27,15 @@ class BlockNode(SignalNode):
         """Create the publisher of the output and the subscriptions of the inputs."""
         super().open()
         self.spec = block_spec(self.kind, self.values)
-        self.samples = [Samples() for _ in self.spec.inputs]
-        self.numbered = [Numbered() for _ in self.spec.inputs]
+        self.samples = [StampedInput() for _ in self.spec.inputs]
+        self.numbered = [SequencedInput() for _ in self.spec.inputs]
         self.silent = [False] * len(self.samples)
         self.not_finite_told = [False] * len(self.samples)
-        self.ages = [Tally() for _ in self.samples]
-        self.delays = [Tally() for _ in self.samples]
+        self.ages = [DurationHistogram() for _ in self.samples]
+        self.delays = [DurationHistogram() for _ in self.samples]
         make = self._numbered_receiver if self.values['lockstep'] else self._receiver
         for i, (signal, _) in enumerate(self.spec.inputs):
-            self.subscribe(Float64, signal, make(i), self.signal_qos)
+            self.subscribe(self.signal_topic, signal, make(i))
 
     def shut(self) -> None:
         """Destroy them."""

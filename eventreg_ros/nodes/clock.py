@@ -12,9 +12,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, UInt64
 from std_srvs.srv import Trigger
 
-from ..parameter import ACTIVE
-from ..simulation.grid import Grid
-from .lockstep import GRANT, LAST_QOS, REACHED, REACHED_QOS, WATCH, Standstill
+from ..runtime.tick_grid import TickGrid
+from ..scenario.parameter import ACTIVE
+from . import topics
+from .lockstep import WATCH, Standstill
 from .managed import OK, WARN, ManagedNode
 from .ros import run_node
 
@@ -42,12 +43,12 @@ class ClockNode(ManagedNode):
 
     def open(self) -> None:
         """Create the topics and the services pause, resume and step."""
-        self.grid = Grid(self.values['rate'])
+        self.grid = TickGrid(self.values['rate'])
         self.reached = {self._full(name): -1 for name in self.values['participants']}
         self.watchdog = self.steady_timer(WATCH, self._watch)
-        self.time_publisher = self.create_publisher(Clock, '/clock', 10)
-        self.grant_publisher = self.create_publisher(UInt64, GRANT, LAST_QOS)
-        self.subscription = self.create_subscription(Header, REACHED, self._on_reached, REACHED_QOS)
+        self.time_publisher = self.publisher_of(topics.CLOCK)
+        self.grant_publisher = self.publisher_of(topics.GRANT)
+        self.subscription = self.subscription_of(topics.ALL_REACHED, self._on_reached)
         self.own_services = [
             self.create_service(Trigger, f'~/{name}', self._while_active(work))
             for name, work in (

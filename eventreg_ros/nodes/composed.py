@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.utilities import remove_ros_args
 
 from ..models.roles import ROLES
-from ..parameters import NODES, kind_of
+from ..scenario.parameters import NODES, kind_of
 from .block import BlockNode
 from .clock import ClockNode
 from .link import LinkNode

@@ -9,8 +9,8 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.parameter import Parameter as RosParameter
 
-from ..parameter import ACTIVE, Parameter
-from ..parameters import NODES, hint, is_ros_parameter, resolve
+from ..scenario.parameter import ACTIVE, Parameter
+from ..scenario.parameters import NODES, hint, is_ros_parameter, resolve
 
 TYPES = {
     'bool': RosParameter.Type.BOOL,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..errors import ros_is_missing
-from ..parameters import NODES
+from ..scenario.parameters import NODES
 
 
 def run(node: str) -> int:

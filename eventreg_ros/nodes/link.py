@@ -7,14 +7,12 @@ import time
 from dataclasses import fields
 from typing import Any
 
-from std_msgs.msg import Float64
-
-from ..simulation.grid import SECOND
-from ..simulation.wire import Impairment, Wire
+from ..runtime.relay import Impairment, Relay
+from ..runtime.tick_grid import SECOND
 from .info import received_at
 from .managed import OK, ManagedNode
 from .ros import run_node
-from .signal import SIGNAL_QOS
+from .topics import SIGNAL
 
 SOONEST = 1_000
 """Nanoseconds to which the timer is set when a sample is due at once or was so already."""
@@ -32,8 +30,8 @@ class LinkNode(ManagedNode):
 
     def open(self) -> None:
         """Create the subscription of the input and the publisher of the output."""
-        self.publisher = self.advertise(Float64, self.values['output'], SIGNAL_QOS)
-        self.subscribe(Float64, self.values['input'], self._receive, SIGNAL_QOS)
+        self.publisher = self.advertise(SIGNAL, self.values['output'])
+        self.subscribe(SIGNAL, self.values['input'], self._receive)
 
     def shut(self) -> None:
         """Destroy them."""
@@ -65,7 +63,7 @@ class LinkNode(ManagedNode):
         # Links with the same seed are not to drop the same samples.
         self._seed = self.values['seed']
         topic = self.resolve_topic_name(self.values['input'])
-        self.wire: Wire[bytes] = Wire(impairment(self.values), f'{self._seed} {topic}')
+        self.wire: Relay[bytes] = Relay(impairment(self.values), f'{self._seed} {topic}')
         self._delays: list[int] = []
         self._errors: list[int] = []
 

@@ -11,22 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from std_msgs.msg import Header, UInt64
 
-from ..parameter import ACTIVE
-from ..simulation.grid import Grid
+from ..runtime.tick_grid import TickGrid
+from ..scenario.parameter import ACTIVE
 from .managed import OK, FaultError, ManagedNode
+from .topics import GRANT, REACHED
 
 if TYPE_CHECKING:
     from .signal import SignalNode
-
-GRANT, REACHED = 'lockstep/grant', 'lockstep/reached'
-"""The topics between clock and participants: steps that may be taken, and the step reached."""
-
-REACHED_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-LAST_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 EVERY = 75
 """A participant tells every so many steps how far it got, and where the grant ends."""
@@ -67,14 +61,14 @@ class Participant:
         if several := node.several_writers():
             raise FaultError(f'lockstep: {several}')
         self._name = node.get_fully_qualified_name()
-        self._grid = Grid(node.values['rate'])
+        self._grid = TickGrid(node.values['rate'])
         self._patience: float = node.values['lockstep_timeout']
         self.granted = 0
         self.reached = self._told = -1
         self._armed = False
         self._standstill = Standstill()
-        self._publisher = node.create_publisher(Header, REACHED, LAST_QOS)
-        self._subscription = node.create_subscription(UInt64, GRANT, self._on_grant, LAST_QOS)
+        self._publisher = node.publisher_of(REACHED)
+        self._subscription = node.subscription_of(GRANT, self._on_grant)
         self._watchdog = node.steady_timer(WATCH, self._watch)
 
     def end(self) -> None:

@@ -15,11 +15,12 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..errors import EventregError, ParameterError
-from ..parameter import ACTIVE, INACTIVE, UNCONFIGURED
-from ..parameters import NODES, resolve
+from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED
+from ..scenario.parameters import NODES, resolve
 from .declare import declare, widen
 from .info import received_at
 from .ros import RCLError, with_info
+from .topics import DIAGNOSTICS, Topic
 
 InfoCallback = Callable[[bytes, dict[str, Any]], None]
 
@@ -54,7 +55,7 @@ class ManagedNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._take_change)
         self.sources: dict[str, Any] = {}
         """The subscriptions by topic, as the parameters name it."""
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics = self.publisher_of(DIAGNOSTICS)
         self._heartbeat = self.steady_timer(1.0, self.publish_diagnostics)
 
     def _LifecycleNodeMixin__on_change_state(self, request: Any, response: Any) -> Any:  # noqa: N802
@@ -196,25 +197,36 @@ class ManagedNode(LifecycleNode):
 
     # Communication
 
-    def advertise(self, message: type, topic: str, qos: Any) -> Any:
-        """Create a publisher whose QoS can be overridden by parameters."""
+    def advertise(self, topic: Topic, signal: str) -> Any:
+        """Create the publisher of ``topic`` for ``signal``; parameters can override its QoS."""
         return self.create_lifecycle_publisher(
-            message, topic, qos, qos_overriding_options=QoSOverridingOptions.with_default_policies()
+            topic.message,
+            topic.of(signal),
+            topic.qos,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
-    def subscribe(self, message: type, topic: str, callback: InfoCallback, qos: Any) -> None:
-        """Create a subscription whose QoS can be overridden by parameters; it is in ``sources``.
+    def subscribe(self, topic: Topic, signal: str, callback: InfoCallback) -> None:
+        """Create a subscription, noted in ``sources``; parameters can override its QoS.
 
         ``callback`` gets the bytes of the message (CDR) and the info of rclpy.
         """
-        self.sources[topic] = self.create_subscription(
-            message,
-            topic,
+        self.sources[topic.of(signal)] = self.create_subscription(
+            topic.message,
+            topic.of(signal),
             with_info(callback),
-            qos,
+            topic.qos,
             raw=True,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
+
+    def publisher_of(self, topic: Topic) -> Any:
+        """Create the publisher of a topic that is not a signal's."""
+        return self.create_publisher(topic.message, topic.name, topic.qos)
+
+    def subscription_of(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
+        """Create a subscription to a topic that is not a signal's."""
+        return self.create_subscription(topic.message, topic.name, callback, topic.qos)
 
     def unsubscribe(self) -> None:
         """Destroy the subscriptions."""

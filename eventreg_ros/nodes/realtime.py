@@ -6,8 +6,8 @@ import math
 import time
 from typing import TYPE_CHECKING, Any
 
-from ..simulation.grid import SECOND, Grid
-from ..simulation.tally import Tally
+from ..runtime.duration_histogram import DurationHistogram
+from ..runtime.tick_grid import SECOND, TickGrid
 from .managed import ERROR, OK, WARN, FaultError
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class RealTime:
         self._node = node
         self._clock = node.get_clock()
         self._rate: float = node.values['rate']
-        self.grid = Grid(self._rate)
+        self.grid = TickGrid(self._rate)
         most = 0.5 * self.grid.period
         early = min(node.values['precision'] * SECOND, most)
         self._early = 0 if node.in_simulation_time else round(early)
@@ -47,7 +47,7 @@ class RealTime:
         self.origin = self._first_instant()
         self.n = -1
         self.caught_up = self.dropped = self.clock_jumps = 0
-        self.lateness = Tally()
+        self.lateness = DurationHistogram()
         self.overruns = 0
         self._told_dropped = 0
         self.now = 0

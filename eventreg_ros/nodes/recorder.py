@@ -8,21 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from std_msgs.msg import Float64, Header, UInt64
 
-from ..analysis.bags import BagWriter
+from ..bags.writer import BagWriter
 from ..errors import BagError
-from ..parameter import ACTIVE
-from ..simulation.numbered import flaw
+from ..runtime.sequenced_input import flaw
+from ..scenario.parameter import ACTIVE
 from .info import number_of
 from .lockstep import Participant
 from .managed import OK, ManagedNode
 from .ros import run_node
-from .signal import LOCKSTEP_QOS
-from .spike_monitor import COUNT_QOS, EVENT_QOS
-
-RECORD_QOS = QoSProfile(depth=2000)
+from .topics import COUNT, EVENT, LOCKSTEP_SIGNAL, RECORDED_SIGNAL, Topic
 
 LOOK = 0.005
 """Seconds between looks at what has come, in lockstep."""
@@ -51,9 +46,8 @@ class Recorder(ManagedNode):
             self._open_lockstep()
             return
         for signal in values['signals']:
-            self._record(Float64, 'std_msgs/msg/Float64', signal, RECORD_QOS)
-            self._record(UInt64, 'std_msgs/msg/UInt64', f'spikes/{signal}/count', COUNT_QOS)
-            self._record(Header, 'std_msgs/msg/Header', f'spikes/{signal}/event', EVENT_QOS)
+            for topic in (RECORDED_SIGNAL, COUNT, EVENT):
+                self._record(topic, signal)
         self.flush_timer = self.steady_timer(1.0, self._flush)
 
     def _open_lockstep(self) -> None:
@@ -73,10 +67,10 @@ class Recorder(ManagedNode):
             start_parameter_services=False,
         )
         for signal, topic in zip(signals, self.topics, strict=True):
-            self.writer.add(topic, 'std_msgs/msg/Float64')
+            self.writer.add(topic, LOCKSTEP_SIGNAL.type_name)
             self.recorded[signal] = 0
             self.sources[signal] = self.tap.create_subscription(
-                Float64, topic, lambda _: None, LOCKSTEP_QOS, raw=True
+                LOCKSTEP_SIGNAL.message, topic, lambda _: None, LOCKSTEP_SIGNAL.qos, raw=True
             )
         self.flush_timer = self.steady_timer(1.0, self._flush)
 
@@ -91,7 +85,9 @@ class Recorder(ManagedNode):
         for queue, (signal, source) in zip(self.waiting, self.sources.items(), strict=True):
             expected = self.row + len(queue)
             with source.handle:
-                while (taken := source.handle.take_message(Float64, True)) is not None:
+                while (
+                    taken := source.handle.take_message(LOCKSTEP_SIGNAL.message, True)
+                ) is not None:
                     data, info = taken
                     number = number_of(info)
                     if number == expected:
@@ -135,9 +131,10 @@ class Recorder(ManagedNode):
             self.participant.end()
             del self.participant
 
-    def _record(self, message: type, msgtype: str, name: str, qos: QoSProfile) -> None:
+    def _record(self, kind: Topic, signal: str) -> None:
+        name = kind.of(signal)
         topic = self.resolve_topic_name(name)
-        self.writer.add(topic, msgtype)
+        self.writer.add(topic, kind.type_name)
         self.recorded[name] = 0
 
         def receive(data: bytes, info: dict[str, Any]) -> None:
@@ -146,7 +143,7 @@ class Recorder(ManagedNode):
             self._write(topic, self.stamp_of(info), data)
             self.recorded[name] += 1
 
-        self.subscribe(message, name, receive, qos)
+        self.subscribe(kind, signal, receive)
 
     def _write(self, topic: str, stamp: int, data: bytes) -> None:
         try:

@@ -5,19 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Float64
-
-from ..cdr import packed
+from ..runtime.cdr import packed
 from .lockstep import Lockstep
 from .managed import FaultError, ManagedNode
 from .realtime import RealTime
-
-SIGNAL_QOS = QoSProfile(depth=100)
-"""Reliable and volatile; deep enough for half a second at the default rate."""
-
-LOCKSTEP_QOS = QoSProfile(depth=2000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""In lockstep nobody may miss a sample: who comes late gets it still."""
+from .topics import Topic, signal_topic
 
 
 class SignalNode(ManagedNode):
@@ -53,14 +45,14 @@ class SignalNode(ManagedNode):
         return self.pace.n if hasattr(self, 'pace') else -1
 
     @property
-    def signal_qos(self) -> QoSProfile:
-        """The QoS of signals in this node's mode."""
-        return LOCKSTEP_QOS if self.values['lockstep'] else SIGNAL_QOS
+    def signal_topic(self) -> Topic:
+        """How signals travel in this node's mode."""
+        return signal_topic(self.values['lockstep'])
 
     def open(self) -> None:
         """Create the publisher of the output."""
         self.published = False
-        self.publisher = self.advertise(Float64, self.values['output'], self.signal_qos)
+        self.publisher = self.advertise(self.signal_topic, self.values['output'])
 
     def shut(self) -> None:
         """Destroy the publisher."""

@@ -6,23 +6,19 @@ import sys
 from collections import deque
 from typing import Any
 
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
-from std_msgs.msg import Float64, Header, UInt64
+from std_msgs.msg import Header, UInt64
 
 from ..analysis.events import EventDetector
-from ..cdr import unpacked
-from ..parameter import ACTIVE
-from ..simulation.grid import SECOND
-from ..simulation.numbered import flaw
+from ..runtime.cdr import unpacked
+from ..runtime.sequenced_input import flaw
+from ..runtime.tick_grid import SECOND
+from ..scenario.parameter import ACTIVE
 from .info import number_of
 from .lockstep import Participant
 from .managed import OK, FaultError, ManagedNode
 from .ros import run_node
-from .signal import LOCKSTEP_QOS, SIGNAL_QOS
-
-COUNT_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-EVENT_QOS = QoSProfile(depth=100)
+from .topics import COUNT, EVENT, signal_topic
 
 
 class SpikeMonitor(ManagedNode):
@@ -36,11 +32,11 @@ class SpikeMonitor(ManagedNode):
     def open(self) -> None:
         """Create, per signal, a subscription and the publishers of count and events."""
         self.counts, self.events = {}, {}
-        qos = LOCKSTEP_QOS if self.values['lockstep'] else SIGNAL_QOS
+        topic = signal_topic(self.values['lockstep'])
         for signal in self.values['signals']:
-            self.counts[signal] = self.advertise(UInt64, f'spikes/{signal}/count', COUNT_QOS)
-            self.events[signal] = self.advertise(Header, f'spikes/{signal}/event', EVENT_QOS)
-            self.subscribe(Float64, signal, self._receiver(signal), qos)
+            self.counts[signal] = self.advertise(COUNT, signal)
+            self.events[signal] = self.advertise(EVENT, signal)
+            self.subscribe(topic, signal, self._receiver(signal))
 
     def shut(self) -> None:
         """Destroy them."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ..errors import EventregError
-from .argued import ARGUED
 from .figure import Case, Drawable, PaperFigure, compute
+from .figures_in_paper import SHOWN
+from .figures_of_claims import ARGUED
 from .gallery import gallery
-from .shown import SHOWN
 
 __all__ = ['FIGURES', 'Case', 'Drawable', 'PaperFigure', 'compute', 'find', 'gallery']
 

@@ -8,9 +8,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..analysis.figures import Layout, Panel
 from ..api import Run, load, simulate
 from ..models import NEURON, OSCILLATOR
+from ..plots.figures import Layout, Panel
 from ..scenario import Scenario
 from ..simulation.block import BlockSpec
 from ..simulation.trajectory import Array

@@ -17,7 +17,7 @@ from .block import BlockSpec
 from .stimulus import Stimulus
 from .system import System
 from .trajectory import Array, Trajectory
-from .wiring import common_grid, count_steps, grid
+from .wiring import common_grid, count_steps, model_times
 
 RTOL, ATOL = 1e-10, 1e-12
 """Tolerances of the integrator: with them the trajectories meet the truth well within 1e-6."""
@@ -44,7 +44,7 @@ def simulate(
     that step, close an algebraic loop, their state stops being finite, or they are too stiff.
     """
     scale, rate = (h, 1.0) if h is not None else common_grid(blocks)
-    t = grid(count_steps(duration, scale / rate), scale, rate)
+    t = model_times(count_steps(duration, scale / rate), scale, rate)
     system = System(blocks, stimulus_output if stimulus is not None else None)
     v = np.array([stimulus(time) for time in t.tolist()]) if stimulus is not None else 0.0 * t
     states = _integrate(system, stimulus, t, duration, rtol, atol)

@@ -9,12 +9,12 @@ import numpy as np
 from ..errors import EventregError
 from ..models.roles import STIMULUS_OUTPUT
 from .block import Block, BlockSpec
+from .impairment import Received, received
 from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
-from .links import Received, received
 from .stimulus import Stimulus
 from .trajectory import Array, Trajectory
-from .wiring import MAX_STEPS, common_grid, count_steps, grid, published
+from .wiring import MAX_STEPS, common_grid, count_steps, model_times, published
 
 
 def simulate_sampled(
@@ -108,7 +108,7 @@ class Network:
         tables = Tables(first, newest, previous, steps, self.h)
         states = kernel(self._states, self._tunings, tables)
         samples = np.asarray(tables.samples).reshape(samples.shape)
-        t = grid(steps, self._time_scale, self._rate)
+        t = model_times(steps, self._time_scale, self._rate)
         _check(t, samples, flatten(states))
         return Trajectory(t, dict(zip(self.signals, samples, strict=True)))
 
@@ -150,7 +150,7 @@ class Network:
     def _sample(self, stimulus: Stimulus, steps: int) -> Array:
         """Return v at samples 0 to ``steps``, kept for the next run."""
         if len(self._v) <= steps:
-            t = grid(steps, self._time_scale, self._rate)
+            t = model_times(steps, self._time_scale, self._rate)
             self._v = np.array([stimulus(time) for time in t.tolist()])
         return self._v[: steps + 1]
 

@@ -62,6 +62,6 @@ def count_steps(duration: float, h: float) -> int:
     return int(duration / h + 1e-9)
 
 
-def grid(steps: int, time_scale: float, rate: float = 1.0) -> Array:
+def model_times(steps: int, time_scale: float, rate: float = 1.0) -> Array:
     """Return the model times of samples 0 to ``steps``: n * time_scale / rate, never a sum."""
     return np.arange(steps + 1, dtype=np.float64) * time_scale / rate

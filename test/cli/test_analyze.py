@@ -6,9 +6,10 @@ import shutil
 import pytest
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.analysis.bags import FLOAT64, BagWriter, write_bag
-from eventreg_ros.cdr import packed
+from eventreg_ros.bags.reader import FLOAT64
+from eventreg_ros.bags.writer import BagWriter, write_bag
 from eventreg_ros.cli.main import main
+from eventreg_ros.runtime.cdr import packed
 
 W = [110, 150, 190, 230]
 U = [111, 151, 191, 231]

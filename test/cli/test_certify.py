@@ -6,11 +6,11 @@ import sys
 
 import pytest
 
-from eventreg_ros import certify as certificates
 from eventreg_ros import scenario
 from eventreg_ros.cli import certify as verb
 from eventreg_ros.cli.main import main
-from eventreg_ros.simulation.lyapunov import Exponent
+from eventreg_ros.theory import certify as certificates
+from eventreg_ros.theory.lyapunov import Exponent
 
 THEORY = {
     'exact': {
@@ -67,7 +67,7 @@ def no_integration(monkeypatch):
     def exponent(blocks, stimulus, time, *, stimulus_output):
         return Exponent(-0.1, 0.01, (-0.1,) * 5, time)
 
-    monkeypatch.setattr('eventreg_ros.certify.conditional_exponent', exponent)
+    monkeypatch.setattr('eventreg_ros.theory.certify.conditional_exponent', exponent)
 
 
 def certify(tmp_path, *words):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from eventreg_ros.analysis.bags import read_bag
+from eventreg_ros.bags.reader import read_bag
 
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
 

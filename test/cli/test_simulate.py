@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from eventreg_ros import scenario
-from eventreg_ros.analysis.bags import read_bag
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.cli.main import main
 from eventreg_ros.simulation.continuous import simulate
 from eventreg_ros.simulation.sampled import simulate_sampled

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from eventreg_ros.models import HARMONIC, INTERNAL_MODEL, LAG, NEURON, OSCILLATOR
-from eventreg_ros.models.theory import lemma_2
+from eventreg_ros.theory.lemmas import lemma_2
 
 MODELS = [NEURON, OSCILLATOR, HARMONIC, LAG, INTERNAL_MODEL]
 P = (1.7, 0.09, 0.3, 1.2, -0.4)

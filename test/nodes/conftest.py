@@ -13,8 +13,8 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.lifecycle import TransitionCallbackReturn  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 
-from eventreg_ros.cli.domain import loopback_domain  # noqa: E402
 from eventreg_ros.nodes.ros import make_executor, with_info  # noqa: E402
+from eventreg_ros.session.domain import loopback_domain  # noqa: E402
 
 
 class Bench:

@@ -6,8 +6,8 @@ import time
 import pytest
 from std_msgs.msg import Float64
 
-from eventreg_ros.analysis.bags import read_bag
-from eventreg_ros.parameters import NODES
+from eventreg_ros.bags.reader import read_bag
+from eventreg_ros.scenario.parameters import NODES
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from eventreg_ros.simulation.wire import Impairment
+from eventreg_ros.runtime.relay import Impairment
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 BENCH = ROOT / 'bench'

@@ -9,7 +9,7 @@ from std_msgs.msg import Float64
 
 from eventreg_ros.errors import ParameterError
 from eventreg_ros.nodes.link import LinkNode, impairment
-from eventreg_ros.simulation.wire import Wire
+from eventreg_ros.runtime.relay import Relay
 
 MS = 1_000_000
 
@@ -76,7 +76,7 @@ def test_the_timer_is_set_anew_when_a_later_sample_is_due_earlier(line):
 def test_losses_and_duplicates_are_those_of_the_wire_with_the_same_seed(line):
     relay = line('loss:=0.3', 'duplicate:=0.2', 'seed:=7')
     found = relay.send(range(400))
-    wire = Wire(impairment(relay.node.values), '7 /u')
+    wire = Relay(impairment(relay.node.values), '7 /u')
     for n in range(400):
         wire.push(n, float(n))
     expected = [departure.item for departure in wire.pop(400)]

@@ -9,12 +9,12 @@ from std_msgs.msg import Float64, UInt64
 from std_srvs.srv import Trigger
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.analysis.bags import read_bag
-from eventreg_ros.cdr import packed
-from eventreg_ros.cli.session import complete, in_lockstep
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.composed import make
-from eventreg_ros.nodes.lockstep import GRANT, LAST_QOS
+from eventreg_ros.nodes.topics import GRANT
+from eventreg_ros.runtime.cdr import packed
+from eventreg_ros.session.session import complete, in_lockstep
 from eventreg_ros.simulation.sampled import simulate_sampled
 
 WHOLE = ('exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear')
@@ -89,7 +89,7 @@ def test_nobody_moves_before_all_are_there(bench, lockstep):
 @pytest.fixture
 def grant(bench):
     """Grant steps in the clock's place."""
-    publisher = bench.peer.create_publisher(UInt64, GRANT, LAST_QOS)
+    publisher = bench.peer.create_publisher(GRANT.message, GRANT.name, GRANT.qos)
     return lambda n: publisher.publish(UInt64(data=n))
 
 

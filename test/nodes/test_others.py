@@ -4,11 +4,12 @@ import pytest
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64, Header, UInt64
 
-from eventreg_ros.analysis.bags import read_bag
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.recorder import Recorder
-from eventreg_ros.nodes.spike_monitor import COUNT_QOS, SpikeMonitor
+from eventreg_ros.nodes.spike_monitor import SpikeMonitor
 from eventreg_ros.nodes.stimulus import StimulusNode
+from eventreg_ros.nodes.topics import COUNT
 
 
 def test_the_stimulus_publishes_its_waveform_in_model_time(bench):
@@ -49,7 +50,7 @@ def test_the_monitor_counts_events_and_tells_when_they_were(bench):
     for value in (0.0, 0.5, 1.5, 0.5, 1.5, -0.1, 2.0):  # two events: 0.5 is above reset
         y.publish(Float64(data=value))
     bench.until(lambda: len(events) == 2)
-    counts = bench.heard(UInt64, 'spikes/y/count', COUNT_QOS)  # subscribes late
+    counts = bench.heard(UInt64, 'spikes/y/count', COUNT.qos)  # subscribes late
     bench.until(lambda: counts)
     assert [m.data for m in counts] == [2]
     stamps = [m.stamp.sec * 10**9 + m.stamp.nanosec for m in events]
@@ -59,7 +60,7 @@ def test_the_monitor_counts_events_and_tells_when_they_were(bench):
 
 def test_the_monitor_tells_zero_before_the_first_event(bench):
     bench.add(SpikeMonitor, "signals:=['y']")
-    counts = bench.heard(UInt64, 'spikes/y/count', COUNT_QOS)
+    counts = bench.heard(UInt64, 'spikes/y/count', COUNT.qos)
     bench.until(lambda: [m.data for m in counts] == [0])
 
 

@@ -11,7 +11,7 @@ from eventreg_ros.simulation import jit
 from eventreg_ros.simulation.block import Block
 from eventreg_ros.simulation.continuous import simulate
 from eventreg_ros.simulation.hold import line
-from eventreg_ros.simulation.links import received
+from eventreg_ros.simulation.impairment import received
 from eventreg_ros.simulation.sampled import Network, simulate_sampled
 
 IMPAIRED = {'delay': 0.15, 'loss': 0.2, 'jitter': 0.2, 'seed': 5}

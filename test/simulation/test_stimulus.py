@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from eventreg_ros.errors import ParameterError
-from eventreg_ros.parameters import resolve
+from eventreg_ros.scenario.parameters import resolve
 from eventreg_ros.simulation.stimulus import Stimulus, read_points
 
 

@@ -1,0 +1,1 @@
+"""What was recorded: the reader and the writer of bags."""

@@ -1,0 +1,1 @@
+"""Beyond the paper: adaptation, observer and prediction, spike coding; pure functions."""

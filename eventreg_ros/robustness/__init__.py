@@ -1,0 +1,1 @@
+"""How much it tolerates: evaluator, margins."""

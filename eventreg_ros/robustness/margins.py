@@ -1,0 +1,234 @@
+"""How much delay, loss and jitter a loop bears: the most at which the verdict is still rejected.
+
+The question is put to sampled simulations (:mod:`.trial`) with each hold in turn. Where an
+impairment is random, every one of several seeds must be rejected.
+
+Bisection takes it that a loop which bears a delay bears any shorter one. That is no law, so a
+coarse scan over the whole range comes first; between the scan's first failure and the value before
+it, bisection finds the edge. What lies between two values of the scan is not looked at otherwise;
+values of the scan beyond the first failure that are rejected again are told, not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import EventregError
+from ..scenario import Scenario
+from ..simulation.hold import HOLDS
+from ..simulation.trajectory import Array
+from .evaluator import Evaluator, Setting
+
+KINDS = ('delay', 'loss', 'jitter')
+
+FINE = 0.01
+"""Length of a step in the search for the delay (model time), unless the scenario's is shorter."""
+
+LOSS_UNIT = 0.005
+FARTHEST_DELAY, FARTHEST_JITTER = 2.0, 20.0
+"""Model time up to which is scanned."""
+
+Tell = Callable[[str], None]
+"""Takes a few words on what was tried last."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """How much of one impairment a loop bears: delay and jitter in model time, loss as probability.
+
+    ``largest``: the most at which all runs are rejected; None: not rejected at 0 either.
+    ``fails_at``: the least beyond it that was seen to fail; None: nothing failed up to
+    ``scanned_to``. ``rejected_again``: values of the scan beyond that one which do not fail.
+    ``h`` (model time) is the length of a step at ``rate``, ``resolution`` in the unit of the kind.
+    ``on`` is the one signal whose links are impaired, None where all are.
+    """
+
+    kind: str
+    hold: str
+    on: str | None
+    rate: float
+    h: float
+    resolution: float
+    largest: float | None
+    fails_at: float | None
+    scanned_to: float
+    rejected_again: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        """What was varied, in words."""
+        return named(self.kind, self.on)
+
+
+def named(kind: str, on: str | None) -> str:
+    """Return what is varied, in words: ``kind``, or that of the signal ``on`` alone."""
+    return kind if on is None else f'{kind} of {on}'
+
+
+def margins(
+    scenario: Scenario, setting: Setting | None = None, tell: Tell = lambda words: None
+) -> list[Limit]:
+    """Return the limits of a scenario: for each hold that of delay, of loss and of jitter.
+
+    These are with the same on every link. After them come that of the delay at the scenario's own
+    rate, where it was searched at a finer one, and those of the delay of each signal alone.
+    Raises EventregError when the scenario cannot be simulated or its verdict is undecided.
+    """
+    setting = setting or Setting()
+    linked = _need_verdict(scenario, setting).linked
+    fine, own = (rate_for(kind, scenario, setting) for kind in ('delay', 'loss'))
+    cases: list[tuple[str, float, str | None]] = [
+        (kind, rate_for(kind, scenario, setting), None) for kind in KINDS
+    ]
+    cases += [('delay', own, None)] if own != fine else []
+    cases += [('delay', fine, signal) for signal in linked]
+    return [
+        limit(Evaluator(scenario, hold, rate, setting, signal), kind, tell)
+        for hold in HOLDS
+        for kind, rate, signal in cases
+    ]
+
+
+def rate_for(kind: str, scenario: Scenario, setting: Setting) -> float:
+    """Return the steps per second at which ``kind`` is searched.
+
+    Unless the setting says it: for loss and jitter, which depend on how often samples are sent, the
+    scenario's own; for the delay, which is rounded to samples, one no coarser than :data:`FINE`.
+    """
+    own, scale = scenario.rate, scenario.time_scale
+    if setting.rate is not None:
+        return setting.rate
+    return max(own, scale / FINE) if kind == 'delay' else own
+
+
+def _need_verdict(scenario: Scenario, setting: Setting) -> Evaluator:
+    trial = Evaluator(scenario, HOLDS[0], rate_for('loss', scenario, setting), setting)
+    if trial.verdict() == 'undecided':
+        raise EventregError(
+            f'scenario {scenario.name} has no verdict to find the margin of, even without delay: '
+            f'w has too few events between {setting.settle:g} and {setting.duration:g} of model '
+            f'time; take a longer --duration or a scenario with a disturbance'
+        )
+    return trial
+
+
+def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit:
+    """Search the largest ``kind`` (of :data:`KINDS`) that a trial bears, the others being 0."""
+    scan, unit = scan_of(kind, trial.h)
+    name = named(kind, trial.on)
+
+    def value(k: int) -> float:
+        return round(k * unit, 12)
+
+    def passes(k: int) -> bool:
+        result = trial.rejected(**{kind: value(k)})
+        tell(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
+        return result
+
+    largest, failure, again = search(passes, scan)
+    return Limit(
+        kind=kind,
+        hold=trial.hold,
+        on=trial.on,
+        rate=trial.rate,
+        h=trial.h,
+        resolution=unit,
+        largest=None if largest is None else value(largest),
+        fails_at=None if failure is None else value(failure),
+        scanned_to=value(scan[-1]),
+        rejected_again=tuple(map(value, again)),
+    )
+
+
+def scan_of(kind: str, h: float) -> tuple[list[int], float]:
+    """Return the values of the coarse scan as whole multiples of a unit, and that unit.
+
+    Delay: one sample, and every 0.1 of model time; loss: every 0.05 to 0.95, and 0.99; jitter: one
+    sample, and each about 1.4 times the one before. (With everything lost nothing disturbs the
+    plant either; so 1 is left out.)
+    """
+    if kind == 'loss':
+        return [*range(0, 200, 10), 198], LOSS_UNIT
+    if kind == 'delay':
+        tenths = range(round(10.0 * FARTHEST_DELAY) + 1)
+        return sorted({round(0.1 * i / h) for i in tenths} | {1}), h
+    most = max(round(FARTHEST_JITTER / h), 1)
+    powers = range(2 * most.bit_length() + 1)
+    return sorted({min(round(2.0 ** (i / 2)), most) for i in powers} | {0}), h
+
+
+def search(
+    passes: Callable[[int], bool], scan: Sequence[int]
+) -> tuple[int | None, int | None, tuple[int, ...]]:
+    """Find the edge of ``passes`` over the increasing whole numbers of ``scan``.
+
+    Returns the last number that passes before the first failure (None: not even the first of
+    ``scan``), the first failure (None: there is none), and the numbers of ``scan`` beyond it that
+    pass again. Between two numbers of ``scan``, ``passes`` is taken for monotone.
+    """
+    if not passes(scan[0]):
+        return None, scan[0], ()
+    good = [True, *(passes(k) for k in scan[1:])]
+    if all(good):
+        return scan[-1], None, ()
+    first = good.index(False)
+    again = tuple(k for k, g in zip(scan[first:], good[first:], strict=True) if g)
+    low, high = scan[first - 1], scan[first]
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if passes(middle) else (low, middle)
+    return low, high, again
+
+
+@dataclass(frozen=True)
+class Map:
+    """The part of the seeds that are rejected (0 to 1) over delay and loss, for each hold.
+
+    ``delays`` (model time) has shape (m,), ``losses`` (n,), each array of ``rejected`` (n, m).
+    """
+
+    rate: float
+    h: float
+    delays: Array
+    losses: Array
+    rejected: Mapping[str, Array]
+
+
+def delay_and_loss(
+    scenario: Scenario,
+    reach: float,
+    setting: Setting | None = None,
+    tell: Tell = lambda words: None,
+    *,
+    columns: int = 16,
+    rows: int = 20,
+) -> Map:
+    """Try all pairs of a delay from 0 to ``reach`` (model time) and a loss from 0 to 0.95.
+
+    There are at most ``columns`` delays, whole samples at the rate at which loss is searched, and
+    ``rows`` losses. Raises EventregError when the scenario cannot be simulated.
+    """
+    setting = setting or Setting()
+    rate = rate_for('loss', scenario, setting)
+    trials = [Evaluator(scenario, hold, rate, setting) for hold in HOLDS]
+    h = trials[0].h
+    last = max(round(reach / h), 1)
+    delays = np.arange(0, last + 1, -(-last // (columns - 1)), dtype=np.float64) * h
+    losses = np.arange(rows, dtype=np.float64) * 0.95 / (rows - 1)
+    rejected = {hold: np.zeros((rows, len(delays))) for hold in HOLDS}
+    for i, loss in enumerate(losses.tolist()):
+        for trial in trials:
+            row = [trial.share(delay=delay, loss=loss) for delay in delays.tolist()]
+            rejected[trial.hold][i] = row
+        tell(f'picture: {i + 1} of {rows} rows')
+    return Map(rate, h, delays, losses, rejected)
+
+
+def reach(limits: Sequence[Limit]) -> float:
+    """Return the delay (model time) up to which a picture shows both holds' edges and beyond."""
+    delay = [found for found in limits if found.kind == 'delay' and found.on is None]
+    edges = [x.scanned_to if x.fails_at is None else x.fails_at for x in delay]
+    return min(max(1.5 * max(edges), 0.3), FARTHEST_DELAY)

@@ -1,0 +1,1 @@
+"""How samples come: inputs, tick grid, duration histogram; no rclpy."""

@@ -1,0 +1,1 @@
+"""One run: domain, processes, the client of the nodes, the result; prints nothing."""

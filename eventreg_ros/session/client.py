@@ -1,0 +1,235 @@
+"""Brings a scenario's nodes up together, starts them at one instant, and watches their spikes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.parameter import Parameter as RosParameter
+from std_msgs.msg import Header, UInt64
+
+from ..errors import EventregError
+from ..nodes import topics
+from ..nodes.ros import make_executor
+from ..runtime.tick_grid import SECOND, TickGrid
+
+CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
+DEACTIVATE = Transition.TRANSITION_DEACTIVATE
+_REACHED = {
+    CONFIGURE: State.PRIMARY_STATE_INACTIVE,
+    ACTIVATE: State.PRIMARY_STATE_ACTIVE,
+    DEACTIVATE: State.PRIMARY_STATE_INACTIVE,
+}
+
+_RESEND = 3.0
+"""Seconds without an answer after which a request is sent again."""
+
+
+class Conductor:
+    """A client of the lifecycle, parameter and diagnostics interfaces of the nodes of one run.
+
+    ``alive`` is called while waiting; it raises when waiting makes no sense any more.
+    """
+
+    def __init__(self, alive: Callable[[], None]) -> None:
+        self._alive = alive
+        self._context = Context()
+
+    def __enter__(self) -> Conductor:
+        # The command handles its signals itself.
+        self._context.init(args=['--ros-args', '--log-level', 'WARN'])
+        self._node = rclpy.create_node('eventreg_run', context=self._context)
+        self._executor = make_executor(self._context)
+        self._executor.add_node(self._node)
+        self._seen: dict[str, dict[str, str]] = {}
+        self.counts: dict[str, int] = {}
+        self.faults: dict[str, str] = {}
+        """Why nodes went through their error state."""
+        self.warnings: dict[str, list[str]] = {}
+        """What nodes warned of, second by second."""
+        self._reached: dict[str, int] = {}
+        self._heard: set[str] = set()
+        self._subscribe(topics.DIAGNOSTICS, self._on_diagnostics)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def _subscribe(
+        self, topic: topics.Topic, callback: Callable[[Any], None], signal: str = ''
+    ) -> None:
+        self._node.create_subscription(topic.message, topic.of(signal), callback, topic.qos)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            node = status.name.partition(':')[0]
+            self._heard.add(node)
+            self._seen[node] = {v.key: v.value for v in status.values}
+            if status.level == DiagnosticStatus.ERROR and 'step' not in self._seen[node]:
+                self.faults[node] = status.message
+            elif status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
+                self.warnings.setdefault(node, []).append(status.message)
+
+    def seen(self, node: str) -> dict[str, str]:
+        """Return what ``node`` said of itself last: keys and values of its diagnostics."""
+        return self._seen.get(f'/{node}', {})
+
+    def take_heard(self, node: str) -> bool:
+        """Say whether ``node`` has sent diagnostics since this was last asked."""
+        heard = f'/{node}' in self._heard
+        self._heard.discard(f'/{node}')
+        return heard
+
+    def watch(self, signals: Sequence[str]) -> None:
+        """Keep ``counts``, the events of each of ``signals`` so far, up to date."""
+        for signal in signals:
+
+            def on_count(message: UInt64, signal: str = signal) -> None:
+                self.counts[signal] = message.data
+
+            self._subscribe(topics.COUNT, on_count, signal)
+
+    def follow(self, participants: Sequence[str], rate: float) -> Callable[[], int]:
+        """Return a function that gives the step which all participants of a lockstep reached."""
+        grid = TickGrid(rate)
+        self._reached = dict.fromkeys((f'/{name}' for name in participants), -1)
+
+        def on_reached(message: Header) -> None:
+            stamp = message.stamp.sec * SECOND + message.stamp.nanosec
+            self._reached[message.frame_id] = grid.index(stamp)
+
+        self._subscribe(topics.ALL_REACHED, on_reached)
+        return lambda: min(self._reached.values())
+
+    def now(self) -> float:
+        """Return ROS time in seconds."""
+        return float(self._node.get_clock().now().nanoseconds) * 1e-9
+
+    def wait(self, seconds: float) -> None:
+        """Let messages come in for a while."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def until(self, done: Callable[[], bool], seconds: float, what: Callable[[], str]) -> None:
+        """Wait until ``done()``. Raises EventregError with ``what()`` after ``seconds``."""
+        end = time.monotonic() + seconds
+        while not done():
+            self._alive()
+            if time.monotonic() > end:
+                raise EventregError(f'gave up after {seconds:g} s: {what()}')
+            self.wait(0.02)
+
+    def transition(self, nodes: Sequence[str], transition: int, seconds: float = 30.0) -> None:
+        """Take every node through ``transition``. Raises EventregError when one refuses."""
+        requests = {
+            node: ChangeState.Request(transition=Transition(id=transition)) for node in nodes
+        }
+        responses = self._call(ChangeState, 'change_state', requests, seconds)
+        refused = [node for node, response in responses.items() if not response.success]
+        if not refused:
+            return
+        # A request that was answered late was sent twice, and its second answer is a refusal.
+        asked = {node: GetState.Request() for node in refused}
+        for node, response in self._call(GetState, 'get_state', asked, seconds).items():
+            if response.current_state.id != _REACHED[transition]:
+                raise EventregError(f'{node} could not be started; its message stands above')
+
+    def set_start(self, nodes: Sequence[str], start: float, seconds: float = 30.0) -> None:
+        """Set ``start_time`` of every node, ROS time in seconds."""
+        value = RosParameter('start_time', RosParameter.Type.DOUBLE, start).to_parameter_msg()
+        requests = {node: SetParameters.Request(parameters=[value]) for node in nodes}
+        responses = self._call(SetParameters, 'set_parameters', requests, seconds)
+        for node, response in responses.items():
+            if not response.results[0].successful:
+                raise EventregError(f'{node}.start_time: {response.results[0].reason}')
+
+    def _call(
+        self, service: Any, name: str, requests: Mapping[str, Any], seconds: float
+    ) -> dict[str, Any]:
+        """Call the service of all nodes at once and return their responses."""
+        clients = {n: self._node.create_client(service, f'/{n}/{name}') for n in requests}
+        self.until(
+            lambda: all(client.service_is_ready() for client in clients.values()),
+            seconds,
+            lambda: (
+                'no answer from '
+                + ', '.join(n for n, client in clients.items() if not client.service_is_ready())
+            ),
+        )
+        futures = {n: client.call_async(requests[n]) for n, client in clients.items()}
+        sent = time.monotonic()
+
+        def answered() -> bool:
+            nonlocal sent
+            missing = [n for n, future in futures.items() if not future.done()]
+            if missing and time.monotonic() > sent + _RESEND:
+                # DDS drops an answer to a client that the server has not discovered yet.
+                futures.update({n: clients[n].call_async(requests[n]) for n in missing})
+                sent = time.monotonic()
+            return not missing
+
+        self.until(
+            answered,
+            seconds,
+            lambda: (
+                f'{name} not answered by '
+                + ', '.join(n for n, future in futures.items() if not future.done())
+            ),
+        )
+        for client in clients.values():
+            self._node.destroy_client(client)
+        return {n: future.result() for n, future in futures.items()}
+
+    def wait_matched(self, expected: Mapping[str, Mapping[str, int]], seconds: float) -> None:
+        """Wait until each node reports at least the ``expected`` number of peers per endpoint."""
+
+        def missing() -> list[str]:
+            return [
+                f'{node} {key}'
+                for node, keys in expected.items()
+                for key, wanted in keys.items()
+                if int(self.seen(node).get(key, -1)) < wanted
+            ]
+
+        self.until(lambda: not missing(), seconds, lambda: f'not matched: {", ".join(missing())}')
+
+
+def expected_matches(
+    nodes: Mapping[str, Mapping[str, Any]],
+) -> dict[str, dict[str, int]]:
+    """Return, per node and endpoint, how many peers the nodes of a scenario will find.
+
+    ``nodes`` are resolved parameters by node; the keys are those of the nodes' diagnostics.
+    """
+    published = {values['output'] for values in nodes.values() if 'output' in values}
+    monitored = set(nodes.get('spike_monitor', {}).get('signals', ()))
+    listened: dict[str, int] = {}
+    expected: dict[str, dict[str, int]] = {}
+    for name, values in nodes.items():
+        inputs = [*values.get('excitatory', ()), *values.get('inhibitory', ())]
+        inputs += values.get('signals', ())
+        for signal in inputs:
+            listened[signal] = listened.get(signal, 0) + 1
+        expected[name] = {f'{s}.publishers': 1 for s in inputs if s in published}
+        if name == 'recorder' and not values['lockstep']:
+            spikes = [s for s in values['signals'] if s in monitored]
+            expected[name].update({f'spikes/{s}/count.publishers': 1 for s in spikes})
+    for name, values in nodes.items():
+        if 'output' in values:
+            expected[name][f'{values["output"]}.subscribers'] = listened.get(values['output'], 0)
+    return expected

@@ -1,0 +1,315 @@
+"""One run from the first process to the last: everything is started, conducted, and ended."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import EventregError
+from ..scenario import Scenario
+from ..scenario.links import need_real_time
+from ..scenario.parameters import kind_of, resolve
+from ..simulation.wiring import count_steps
+from .domain import loopback_domain
+from .processes import Processes, node_command
+
+if TYPE_CHECKING:
+    from .client import Conductor
+
+LEAD = 1.5
+"""Seconds between the activation of the nodes and the first sample."""
+
+SILENCE = 10.0
+"""Seconds without diagnostics, which come once a second, after which the clock counts as dead."""
+
+LONG = 0.5
+"""Seconds that pass between two looks at most; what is more was a stop of our own."""
+
+FIRST_STEP = 30.0
+"""Seconds within which all nodes must have made their first sample in lockstep."""
+
+FIRST, LAST = ('recorder', 'spike_monitor'), ('clock',)
+"""Nodes that are activated before and after the others."""
+
+
+class Observer:
+    """Hears what happens in a run; this one keeps silent."""
+
+    def began(self, line: str) -> None:
+        """Take the nodes and the domain, in words, before they are started."""
+
+    def warned(self, line: str) -> None:
+        """Take what a person should know while the run goes on."""
+
+    def progressed(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
+        """Take the seconds that have passed of the run, and the events counted so far."""
+
+
+class InterruptError(Exception):
+    """SIGINT or SIGTERM: stop early, and judge what was recorded."""
+
+
+def complete(scenario: Scenario, bag: Path, file: Path) -> Scenario:
+    """Return the scenario with its spike monitor and a recorder of every signal.
+
+    What the scenario says of the two stays, but for the bag's path.
+    """
+    signals = list(scenario.publishers)
+    monitor, recorder = (scenario.given.get(name, {}) for name in ('spike_monitor', 'recorder'))
+    wanted = [s for s in recorder.get('signals', ()) if s not in signals]
+    extra: dict[str, dict[str, Any]] = {
+        'spike_monitor': {} if 'signals' in monitor else {'signals': signals},
+        'recorder': {
+            'signals': signals + wanted,
+            'path': str(bag.absolute()),
+            'scenario': str(file),
+            'scenario_name': scenario.name,
+        },
+    }
+    return _extended(scenario, extra)
+
+
+def in_lockstep(scenario: Scenario, seconds: float) -> Scenario:
+    """Return a completed scenario whose nodes go in lockstep for simulated ``seconds``.
+
+    An input that nobody publishes is left out, since nobody would send the sample to wait for.
+    Raises EventregError when there is not one step in ``seconds``.
+    """
+    steps = count_steps(seconds * scenario.time_scale, scenario.time_scale / scenario.rate)
+    if not steps:
+        raise EventregError(
+            f'{seconds:g} s hold not one step of 1 / {scenario.rate:g} s; take a longer --duration'
+        )
+    common = {'lockstep': True, 'use_sim_time': True}
+    others = {name: values for name, values in scenario.nodes.items() if name != 'clock'}
+    extra: dict[str, dict[str, Any]] = {name: dict(common) for name in others}
+    for name, values in others.items():
+        for key in ('excitatory', 'inhibitory', 'signals'):
+            if key in values:
+                extra[name][key] = [s for s in values[key] if s in scenario.publishers]
+        extra[name]['rate'] = scenario.rate
+    extra['clock'] = {
+        # a monitor of no signal has no step to make
+        'participants': [name for name in others if extra[name].get('signals') != []],
+        'steps': steps,
+        'rate': scenario.rate,
+        'lockstep_timeout': scenario.given.get('clock', {}).get(
+            'lockstep_timeout',
+            max(values.get('lockstep_timeout', 0.0) for values in others.values()),
+        ),
+    }
+    return _extended(scenario, extra)
+
+
+def _extended(scenario: Scenario, extra: Mapping[str, Mapping[str, Any]]) -> Scenario:
+    given = {name: dict(values) for name, values in scenario.given.items()}
+    for name, values in extra.items():
+        given[name] = {**given.get(name, {}), **values}
+    nodes = {name: resolve(name, values) for name, values in given.items()}
+    return Scenario(scenario.name, nodes, given)
+
+
+class Session:
+    """Runs a scenario's nodes as processes and records them."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        bag: Path,
+        duration: float,
+        *,
+        lockstep: bool = False,
+        composed: bool = False,
+        observer: Observer | None = None,
+    ) -> None:
+        self.scenario = scenario
+        self.bag = bag
+        self.duration = duration
+        self.lockstep = lockstep
+        self.composed = composed
+        self.observer = observer or Observer()
+        self.processes = Processes()
+        self.troubles: list[str] = []
+        """What went wrong after the start, each in words."""
+        self._silent = self._without_step = 0.0
+        self.started = False
+        self.over = False
+        """Whether what died makes going on pointless."""
+        self.timing: dict[str, dict[str, str]] = {}
+        """What each node measured of its own time, as its diagnostics say it."""
+        self.warnings: dict[str, list[str]] = {}
+
+    def perform(self) -> None:
+        """Start everything, run for the duration, stop everything.
+
+        Raises EventregError when it could not start.
+        """
+        scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
+        try:
+            with interruptible(), loopback_domain(os.environ) as environment:
+                self._within(scratch, environment)
+        except InterruptError:
+            if not self.started:
+                raise EventregError('interrupted before it began; nothing recorded') from None
+            self.observer.warned('interrupted: judging what was recorded')
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+
+    def _within(self, scratch: Path, environment: dict[str, str]) -> None:
+        stored = scratch / 'scenario' / f'{self.scenario.name}.yaml'
+        stored.parent.mkdir()
+        stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
+        whole = complete(self.scenario, self.bag, stored)
+        if self.lockstep:
+            need_real_time(self.scenario)
+            whole = in_lockstep(whole, self.duration)
+            self.duration = whole.nodes['clock']['steps'] / whole.rate
+        parameters = scratch / 'parameters.yaml'
+        parameters.write_text(whole.to_yaml(), encoding='utf-8')
+        os.environ.update(environment)
+        from .client import Conductor
+
+        self.observer.began(
+            f'{self.scenario.name}: {", ".join(whole.nodes)} on ROS_DOMAIN_ID='
+            f'{environment["ROS_DOMAIN_ID"]} ROS_AUTOMATIC_DISCOVERY_RANGE='
+            f'{environment["ROS_AUTOMATIC_DISCOVERY_RANGE"]}'
+        )
+        try:
+            self._start(list(whole.nodes), parameters, environment)
+            with Conductor(self._refuse_death) as conductor:
+                self._conduct(conductor, whole)
+        finally:
+            with uninterrupted():
+                self.processes.stop(['recorder'])  # first, so that the bag ends with all signals
+                self.processes.stop()
+
+    def _start(self, nodes: list[str], parameters: Path, environment: dict[str, str]) -> None:
+        arguments = ['--params-file', str(parameters), '-p', 'autostart:=false']
+        arguments += ['--log-level', 'WARN']
+        if self.composed:
+            command = node_command('composed', arguments, nodes)
+            self.processes.start('the process of all nodes', command, environment)
+            return
+        for node in nodes:
+            named = ['-r', f'__node:={node}'] if kind_of(node) != node else []
+            command = node_command(kind_of(node), [*arguments, *named])
+            self.processes.start(node, command, environment)
+
+    def _refuse_death(self) -> None:
+        for node in self.processes.look():
+            raise EventregError(f'{node} {self.processes.died[node]} before the run began')
+
+    def _conduct(self, conductor: Conductor, whole: Scenario) -> None:
+        from .client import ACTIVATE, CONFIGURE, expected_matches
+
+        nodes = list(whole.nodes)
+        conductor.watch(whole.nodes['spike_monitor']['signals'])
+        conductor.transition(nodes, CONFIGURE)
+        conductor.wait_matched(expected_matches(whole.nodes), 30.0)
+        if self.lockstep:
+            elapsed = self._step_clock(conductor, whole)
+        else:
+            start = conductor.now() + LEAD
+            ticking = [n for n, values in whole.nodes.items() if 'start_time' in values]
+            conductor.set_start(ticking, start)
+            elapsed = lambda: conductor.now() - start  # noqa: E731
+        among = [n for n in nodes if n not in FIRST + LAST]
+        for group in (FIRST, among, [n for n in LAST if n in nodes]):
+            conductor.transition(list(group), ACTIVATE)
+        if elapsed() > 0.0 and not self.lockstep:
+            self.observer.warned('the machine is slow: the nodes did not start at the same instant')
+        self.started = True
+        self._watch(conductor, elapsed)
+
+    def _step_clock(self, conductor: Conductor, whole: Scenario) -> Callable[[], float]:
+        """Return the simulated seconds that all participants have behind them."""
+        participants = whole.nodes['clock']['participants']
+        reached = conductor.follow(participants, whole.rate)
+        return lambda: reached() / whole.rate
+
+    def _watch(self, conductor: Conductor, elapsed: Callable[[], float]) -> None:
+        looked = time.monotonic()
+        while (now := elapsed()) < self.duration - 1e-9:
+            conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
+            self._tell_deaths(now)
+            self._note_faults(conductor)
+            if self.lockstep:
+                self._note_standstill(conductor, now, min(time.monotonic() - looked, LONG))
+                looked = time.monotonic()
+            self.observer.progressed(max(0.0, now), conductor.counts)
+            if self.over or (self.lockstep and self.troubles):
+                return
+        self.observer.progressed(self.duration, conductor.counts, last=True)
+        if not self.lockstep:
+            self.timing = {node: conductor.seen(node) for node in self.scenario.nodes}
+            self.warnings = conductor.warnings
+
+    def _tell_deaths(self, elapsed: float) -> None:
+        for node in self.processes.look():
+            how = f'{node} {self.processes.died[node]} after {elapsed:.1f} s'
+            self.troubles.append(how)
+            if self.composed or node == 'recorder':
+                self.over = True
+                continue
+            self.observer.warned(
+                f'{how}; the others run on, and it may be started again: '
+                f'ros2 run eventreg_ros {kind_of(node)}'
+            )
+
+    def _note_faults(self, conductor: Conductor) -> None:
+        """In lockstep a node at fault stops the run; in real time the others go on."""
+        for node, message in conductor.faults.items():
+            trouble = f'{node.strip("/")}: {message}'
+            if trouble not in self.troubles:
+                self.troubles.append(trouble)
+
+    def _note_standstill(self, conductor: Conductor, elapsed: float, passed: float) -> None:
+        """In lockstep all wait for all: note what the nodes themselves cannot say.
+
+        ``passed``: the seconds since the last look, few even if we ourselves were stopped.
+        """
+        self._silent = 0.0 if conductor.take_heard('clock') else self._silent + passed
+        self._without_step = self._without_step + passed if elapsed < 0.0 else 0.0
+        if self._silent > SILENCE:
+            self.troubles.append(f'clock has said nothing for {self._silent:.0f} s; it was stopped')
+        elif self._without_step > FIRST_STEP:
+            missing = conductor.seen('clock').get('waiting_for') or 'the clock'
+            self.troubles.append(f'no step within {FIRST_STEP:g} s: {missing} did not come so far')
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Turn SIGINT and SIGTERM into InterruptError, once; a second one is ignored while we stop."""
+
+    def interrupt(number: int, frame: object) -> None:
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
+        raise InterruptError
+
+    with _handling(interrupt):
+        yield
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let nothing stop the stopping."""
+    with _handling(signal.SIG_IGN):
+        yield
+
+
+@contextmanager
+def _handling(handler: Any) -> Iterator[None]:
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)

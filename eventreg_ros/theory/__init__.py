@@ -1,0 +1,1 @@
+"""What follows: certificates, internal model, exponents."""

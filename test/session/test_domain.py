@@ -1,0 +1,94 @@
+"""A domain of its own for every run on this machine.
+
+The tests take ids below 0, which no run uses: the ports that belong to them are nobody's.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from eventreg_ros.errors import EventregError
+from eventreg_ros.session import domain
+from eventreg_ros.session.domain import DOMAINS, loopback_domain
+
+
+def test_discovery_stays_on_the_loopback():
+    with loopback_domain({'PATH': '/bin'}) as result:
+        assert result['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
+        assert int(result['ROS_DOMAIN_ID']) in DOMAINS
+        assert result['PATH'] == '/bin'
+
+
+def test_the_environment_wins():
+    given = {'ROS_DOMAIN_ID': '7', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+    with loopback_domain(given) as first, loopback_domain(given) as second:
+        for result in (first, second):
+            assert given.items() <= result.items()
+    for name, value in given.items():
+        with loopback_domain({name: value}) as result:
+            assert result[name] == value
+            assert {'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'} <= result.keys()
+
+
+def test_the_environment_itself_stays_as_it_is():
+    given = {}
+    with loopback_domain(given):
+        pass
+    assert given == {}
+
+
+def test_two_at_once_differ(monkeypatch):
+    monkeypatch.setattr(domain, 'DOMAINS', range(-9, -7))
+    with loopback_domain({}) as first, loopback_domain({}) as second:
+        assert {first['ROS_DOMAIN_ID'], second['ROS_DOMAIN_ID']} == {'-9', '-8'}
+        with pytest.raises(EventregError, match='set ROS_DOMAIN_ID'), loopback_domain({}):
+            pass
+    with loopback_domain({}), loopback_domain({}):  # they were given back
+        pass
+
+
+def test_a_domain_is_given_back_after_an_error(monkeypatch):
+    monkeypatch.setattr(domain, 'DOMAINS', range(-7, -6))
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError), loopback_domain({}):
+            raise ZeroDivisionError
+
+
+HOLDER = """
+import sys
+from eventreg_ros.session import domain
+domain.DOMAINS = range(-6, -4)
+with domain.loopback_domain({}) as result:
+    print(result['ROS_DOMAIN_ID'], flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_two_processes_differ():
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
+    command = [sys.executable, '-c', HOLDER]
+    with (
+        subprocess.Popen(command, env=environment, **pipes) as first,
+        subprocess.Popen(command, env=environment, **pipes) as second,
+    ):
+        assert {p.stdout.readline().strip() for p in (first, second)} == {'-6', '-5'}
+        for process in (first, second):
+            process.stdin.close()
+
+
+def test_a_domain_with_a_participant_is_left_alone(monkeypatch):
+    """The ports of a domain's first participant, by the DDS wire protocol: 7400 + 250 d + 10."""
+    monkeypatch.setattr(domain, 'DOMAINS', range(-4, -2))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(('0.0.0.0', 7400 + 250 * -4 + 10))
+        for _ in range(5):
+            with loopback_domain({}) as result:
+                assert result['ROS_DOMAIN_ID'] == '-3'
+
+
+def test_the_ports_of_every_domain_lie_below_the_ephemeral_ones():
+    assert max(7400 + 250 * d + 10 + 2 * 119 for d in DOMAINS) < 32768
