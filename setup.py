@@ -21,7 +21,14 @@ ROS = [
     'ros-jazzy-common-interfaces==5.3.6',
     'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
 ]
-TEST = ['pytest', 'ruff==0.17.6', 'mypy==2.4.1', 'types-PyYAML', 'colcon-common-extensions']
+TEST = [
+    'pytest',
+    'hypothesis',
+    'ruff==0.17.6',
+    'mypy==2.4.1',
+    'types-PyYAML',
+    'colcon-common-extensions',
+]
 
 setup(
     name=package_name,

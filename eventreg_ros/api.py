@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from . import scenario as scenarios
-from .analysis.events import RESET, THRESHOLD, detect
-from .analysis.rejection import SETTLE, WINDOW
+from .analysis.criteria import RESET, SETTLE, THRESHOLD, WINDOW
+from .analysis.events import detect
 from .analysis.verdict import Report, table
 from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
@@ -127,13 +127,19 @@ def simulate(
 
 
 def events(
-    t: Array, values: Array, threshold: float = THRESHOLD, reset: float = RESET
+    t: Array,
+    values: Array,
+    threshold: float = THRESHOLD,
+    reset: float = RESET,
+    refractory: float = 0.0,
+    min_width: float = 0.0,
 ) -> list[float]:
     """Return the times of the events of one signal, samples ``values`` at ``t``, both shape (n,).
 
-    An event rises through ``threshold`` after the signal was at or below ``reset``.
+    An event rises through ``threshold`` after the signal was at or below ``reset``, lasts until it
+    is there again, at least ``min_width``, and begins at least ``refractory`` after the last event.
     """
-    return detect(t.tolist(), values.tolist(), threshold, reset)
+    return detect(t, values, threshold, reset, refractory, min_width)
 
 
 def judge(run: Run, settle: float = SETTLE, window: float = WINDOW) -> Report:

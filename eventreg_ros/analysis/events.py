@@ -2,61 +2,189 @@
 
 An event of a signal is a spike: the signal rises through ``threshold`` after having been at or
 below ``reset`` (or below ``threshold`` at the start). Its time is interpolated linearly between the
-two samples.
+two samples. It lasts until the signal is at or below ``reset`` again, which is interpolated too.
+
+Two more limits help with noise; both are off at 0, and then change no digit:
+
+- ``min_width``: a rise is an event only if it lasts at least this long. The end is the crossing of
+  ``reset``, not of ``threshold``: a noisy spike crosses the threshold many times on its way up and
+  down, and would be cut into pieces shorter than the noise that is to be kept out.
+- ``refractory``: a rise that begins less than this after the beginning of the last event is none.
+  A rise that does not count does not prolong the dead time.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from ..models.neuron import FOLD
+import numpy as np
+import numpy.typing as npt
 
-THRESHOLD = FOLD
-RESET = 0.0
+from ..errors import EventregError
+from .criteria import RESET, THRESHOLD, Criteria
+
+Array = npt.NDArray[np.float64]
 
 
 class EventDetector:
-    """Finds the events of one signal, sample by sample, in any unit of time."""
+    """Finds the events of one signal, sample by sample, in any unit of time.
 
-    def __init__(self, threshold: float = THRESHOLD, reset: float = RESET) -> None:
-        if not reset < threshold:
-            raise ValueError(f'reset must be < threshold ({threshold}), got {reset}')
+    ``refractory`` and ``min_width`` are in that unit. Raises ParameterError for bad limits.
+    """
+
+    def __init__(
+        self,
+        threshold: float = THRESHOLD,
+        reset: float = RESET,
+        refractory: float = 0.0,
+        min_width: float = 0.0,
+    ) -> None:
+        Criteria(threshold, reset, refractory=refractory, min_width=min_width)
         self.threshold = threshold
         self.reset = reset
+        self.refractory = refractory
+        self.min_width = min_width
         self.count = 0
         self._armed = False
         self._t: float | None = None
         self._value = 0.0
+        self._rise: float | None = None
+        """When a rise began that is not yet known to be an event."""
+        self._ready = -math.inf
+        """The end of the dead time."""
 
     def push(self, t: float, value: float) -> float | None:
         """Take the sample ``value`` at time ``t``; return the time of the event it ends, or None.
 
-        Samples that are not finite are passed over. Times must not decrease.
+        The time is that of the rise; with ``min_width`` it is returned once the signal was up for
+        so long. Samples that are not finite are passed over. Times must not decrease.
         """
         if not math.isfinite(value):
             return None
-        event = None
         if self._t is None:
             self._armed = value < self.threshold
         elif self._armed and value >= self.threshold:
-            part = (self.threshold - self._value) / (value - self._value)
-            event = self._t + part * (t - self._t)
             self._armed = False
-            self.count += 1
+            rise = self._crossing(self.threshold, t, value)
+            self._rise = rise if rise >= self._ready else None
+        event = None if self._rise is None else self._confirmed(self._rise, t, value)
         if value <= self.reset:
-            self._armed = True
+            self._armed, self._rise = True, None
         self._t, self._value = t, value
         return event
 
+    def _confirmed(self, rise: float, t: float, value: float) -> float | None:
+        """Return the time of the pending rise, and count it, if it has lasted long enough."""
+        if self.min_width:
+            end = self._crossing(self.reset, t, value) if value <= self.reset else t
+            if not end - rise >= self.min_width:
+                return None
+        self.count += 1
+        self._rise, self._ready = None, rise + self.refractory
+        return rise
 
-def detect(
-    times: Iterable[float],
-    values: Iterable[float],
+    def _crossing(self, level: float, t: float, value: float) -> float:
+        """Return when the line from the last sample to this one crosses ``level``."""
+        assert self._t is not None
+        part = (level - self._value) / (value - self._value)
+        return self._t + part * (t - self._t)
+
+
+@dataclass(frozen=True)
+class Rises:
+    """Every rise of a signal through the threshold after it was at reset, each of shape (n,).
+
+    In the unit of the samples' times. ``start`` is the crossing of the threshold, ``end`` the next
+    one of reset, NaN where the recording ends before; ``width`` is the time from start to end, or
+    to the last sample where that is all that was seen.
+    """
+
+    start: Array
+    end: Array
+    width: Array
+
+    def events(self, refractory: float = 0.0, min_width: float = 0.0) -> npt.NDArray[np.intp]:
+        """Return the indices of the rises that are events, shape (m,)."""
+        wide = np.arange(len(self.start))
+        if min_width:
+            wide = np.flatnonzero(self.width >= min_width)
+        if not refractory:
+            return wide
+        kept, ready = [], -math.inf
+        for i, start in zip(wide.tolist(), self.start[wide].tolist(), strict=True):
+            if start >= ready:
+                kept.append(i)
+                ready = start + refractory
+        return np.array(kept, dtype=np.intp)
+
+
+def rises(
+    times: Sequence[float] | Array,
+    values: Sequence[float] | Array,
     threshold: float = THRESHOLD,
     reset: float = RESET,
+) -> Rises:
+    """Return the rises of a recorded signal, samples ``values`` at ``times``, both of shape (n,).
+
+    All floats are those of the live detector. Raises ParameterError for bad limits, EventregError
+    when times and values differ in number.
+    """
+    Criteria(threshold, reset)
+    t, x = _finite(times, values)
+    low, high = x <= reset, x >= threshold
+    marks = np.flatnonzero(low | high)
+    is_high = high[marks]
+    before = np.roll(is_high, 1)
+    before[:1] = high[:1]  # the start counts as armed when it is below the threshold
+    up = marks[is_high & ~before]
+    ends = np.flatnonzero(low)
+    place = np.searchsorted(ends, up)
+    over = place < len(ends)
+    down = ends[place[over]]
+    start = _crossings(threshold, t, x, up)
+    end = np.full(len(up), np.nan)
+    end[over] = _crossings(reset, t, x, down)
+    seen = np.full(len(up), t[-1] if len(t) else np.nan)
+    seen[over] = np.maximum(t[down - 1], end[over])
+    return Rises(start, end, seen - start)
+
+
+def detect(
+    times: Sequence[float] | Array,
+    values: Sequence[float] | Array,
+    threshold: float = THRESHOLD,
+    reset: float = RESET,
+    refractory: float = 0.0,
+    min_width: float = 0.0,
 ) -> list[float]:
-    """Return the times of all events of a recorded signal, in the unit of ``times``."""
-    push = EventDetector(threshold, reset).push
-    found = (push(t, value) for t, value in zip(times, values, strict=True))
-    return [t for t in found if t is not None]
+    """Return the times of all events of a recorded signal, in the unit of ``times``.
+
+    The same floats as :class:`EventDetector` returns, sample by sample. Raises as :func:`rises`.
+    """
+    Criteria(threshold, reset, refractory=refractory, min_width=min_width)
+    found = rises(times, values, threshold, reset)
+    events: list[float] = found.start[found.events(refractory, min_width)].tolist()
+    return events
+
+
+def _finite(times: Sequence[float] | Array, values: Sequence[float] | Array) -> tuple[Array, Array]:
+    """Return the samples whose value is finite."""
+    t, x = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    if t.shape != x.shape or t.ndim != 1:
+        raise EventregError(
+            f'times and values must be one-dimensional and as many, got shapes {t.shape} and '
+            f'{x.shape}; give a time for each sample'
+        )
+    keep = np.isfinite(x)
+    return (t, x) if keep.all() else (t[keep], x[keep])
+
+
+def _crossings(level: float, t: Array, x: Array, at: npt.NDArray[np.intp]) -> Array:
+    """Return when the lines that end in the samples ``at`` cross ``level``."""
+    before = at - 1
+    with np.errstate(over='ignore'):
+        part = (level - x[before]) / (x[at] - x[before])
+    crossings: Array = t[before] + part * (t[at] - t[before])
+    return crossings

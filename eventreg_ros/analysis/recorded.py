@@ -11,7 +11,7 @@ from ..bags.reader import Recording, read_bag
 from ..errors import BagError
 from ..scenario import Scenario
 from ..scenario.parameters import TIME_SCALE
-from .rejection import SETTLE, WINDOW
+from .criteria import SETTLE, WINDOW
 from .timing import timing
 from .verdict import Report, Signals, judge
 

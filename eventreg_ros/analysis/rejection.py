@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-SETTLE = 100.0
-WINDOW = 5.0
+from .criteria import SETTLE, WINDOW
+
 ENOUGH = 3
 """Events of w after which a verdict may be given."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from ..errors import EventregError
 from ..models.roles import SIGNALS
-from .events import RESET, THRESHOLD, detect
-from .rejection import SETTLE, WINDOW, reject
+from .criteria import RESET, SETTLE, THRESHOLD, WINDOW
+from .events import detect
+from .rejection import reject
 
 Array = npt.NDArray[np.float64]
 Signals = Mapping[str, tuple[Array, Array]]
@@ -43,9 +44,7 @@ def judge(
             f"no samples of y, the plant's output, to judge (signals found: {found}); "
             'record or remap it'
         )
-    events = {
-        name: detect(t.tolist(), x.tolist(), threshold, reset) for name, (t, x) in signals.items()
-    }
+    events = {name: detect(t, x, threshold, reset) for name, (t, x) in signals.items()}
     rejection = reject(events.get('w', []), events['y'], events.get('y_r', []), settle, window)
     return {
         'scenario': scenario,
@@ -60,7 +59,7 @@ def judge(
     }
 
 
-def ordered(signals: Signals) -> list[str]:
+def ordered(signals: Collection[str]) -> list[str]:
     """Return the names of ``signals``: the paper's in its order, then the others by name."""
     known = [name for name in SIGNALS if name in signals]
     return known + sorted(set(signals) - set(known))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import scenario as scenarios
-from ..analysis.rejection import SETTLE, WINDOW
+from ..analysis.criteria import SETTLE, WINDOW
 from ..errors import EventregError
 from ..scenario import Scenario
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..analysis.rejection import SETTLE
+from ..analysis.criteria import SETTLE
 from ..plots.figures import Curve, Layout, Panel, curves, series
 from ..plots.style import DASHED, ORANGE, PURPLE, Look
 from .figure import Case, PaperFigure, spread, starts

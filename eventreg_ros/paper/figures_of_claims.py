@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..analysis.rejection import SETTLE
+from ..analysis.criteria import SETTLE
 from ..plots.figures import Curve, Layout, Panel, curves, series
 from ..plots.style import BLUE, DASHED, LOOKS, SKY, Look
 from .figure import Case, PaperFigure, difference, starts, total

@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..analysis.events import RESET, THRESHOLD, detect
+from ..analysis.criteria import RESET, THRESHOLD
+from ..analysis.events import detect
 from .style import (
     LABELS,
     LOOKS,
@@ -139,11 +140,7 @@ def _found(
     rows: Sequence[Curve], t: Array, data: Mapping[str, Array], threshold: float, reset: float
 ) -> list[tuple[str, Look, list[float]]]:
     """Return the events of each row, as :func:`.plots.mark_events` takes them."""
-    times = t.tolist()
-    return [
-        (row.label, row.look, detect(times, data[row.column].tolist(), threshold, reset))
-        for row in rows
-    ]
+    return [(row.label, row.look, detect(t, data[row.column], threshold, reset)) for row in rows]
 
 
 def _frame(layout: Layout, notes: Sequence[str]) -> tuple[Any, list[Any]]:

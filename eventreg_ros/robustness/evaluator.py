@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..analysis.rejection import SETTLE, WINDOW
+from ..analysis.criteria import SETTLE, WINDOW
 from ..analysis.verdict import judge
 from ..errors import EventregError
 from ..scenario import Scenario

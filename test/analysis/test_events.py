@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from eventreg_ros.analysis.events import EventDetector, detect
+from eventreg_ros.analysis.events import EventDetector, detect, rises
+from eventreg_ros.errors import EventregError, ParameterError
 
 
-def events(values, threshold=1.0, reset=0.0, times=None):
-    return detect(range(len(values)) if times is None else times, values, threshold, reset)
+def events(values, threshold=1.0, reset=0.0, times=None, **more):
+    return detect(range(len(values)) if times is None else times, values, threshold, reset, **more)
 
 
 # By hand ----------------------------------------------------------------------------------------
@@ -93,7 +94,7 @@ def test_huge_values_and_equal_times():
 
 
 def test_times_and_values_must_be_as_many():
-    with pytest.raises(ValueError, match='zip'):
+    with pytest.raises(EventregError, match='as many'):
         detect([0.0, 1.0], [0.0])
 
 
@@ -128,6 +129,74 @@ def test_events_and_resets_take_turns():
             elif state == 'spent' and time in below:
                 state = 'armed'
         assert len(found) == counted
+
+
+# Width and dead time ------------------------------------------------------------------------------
+
+PULSES = [0.0, 2.0, 0.5, -0.5, 0.0, 2.0, 2.0, 2.0, -2.0]
+# Up through 1 at 0.5 and 4.5; down through 0 at 2.5 and 7.5: widths 2 and 3.
+
+
+def test_a_rise_lasts_until_reset_is_crossed():
+    found = rises(range(9), PULSES)
+    assert found.start.tolist() == [0.5, 4.5]
+    assert found.end.tolist() == [2.5, 7.5]
+    assert found.width.tolist() == [2.0, 3.0]
+
+
+def test_the_last_rise_may_have_no_end():
+    found = rises(range(3), [0.0, 2.0, 2.0])
+    assert (found.start.tolist(), found.width.tolist()) == ([0.5], [1.5])
+    assert math.isnan(found.end[0])
+    assert rises([], []).start.tolist() == rises([3.0], [2.0]).end.tolist() == []
+
+
+@pytest.mark.parametrize(
+    ('min_width', 'found'),
+    [(0.0, [0.5, 4.5]), (2.0, [0.5, 4.5]), (2.0001, [4.5]), (3.0, [4.5]), (3.0001, [])],
+)
+def test_a_rise_must_last_at_least_min_width(min_width, found):
+    assert events(PULSES, min_width=min_width) == found
+
+
+def test_a_rise_that_the_recording_cuts_short_counts_once_it_was_long_enough():
+    assert events([0.0, 2.0, 2.0, 2.0], min_width=2.5) == [0.5]
+    assert events([0.0, 2.0, 2.0, 2.0], min_width=2.6) == []
+
+
+@pytest.mark.parametrize(
+    ('refractory', 'found'), [(0.0, [0.5, 4.5]), (4.0, [0.5, 4.5]), (4.0001, [0.5])]
+)
+def test_no_event_begins_in_the_dead_time(refractory, found):
+    assert events(PULSES, refractory=refractory) == found
+
+
+def test_only_events_have_a_dead_time():
+    beat = [0.0, 2.0] * 5  # up at 0.5, 2.5, ... 8.5
+    assert events(beat, refractory=3.0) == [0.5, 4.5, 8.5]  # 2.5 does not prolong that of 0.5
+    assert events([0.0, 2.0, 0.0, *PULSES], refractory=6.0, min_width=1.6) == [3.5]
+
+
+def test_a_rise_in_the_dead_time_is_none_even_when_it_outlasts_it():
+    assert events([0.0, 2.0, 0.0, 2.0, 2.0, 2.0, 2.0, 2.0], refractory=3.0) == [0.5]
+
+
+def test_a_live_event_is_returned_when_it_has_lasted_and_has_the_time_of_its_rise():
+    detector = EventDetector(min_width=2.0)
+    returned = [detector.push(t, x) for t, x in enumerate([0.0, 2.0, 2.0, 2.0, 2.0])]
+    assert returned == [None, None, None, 0.5, None]
+    detector = EventDetector(min_width=2.0)
+    returned = [detector.push(t, x) for t, x in enumerate(PULSES)]
+    assert returned == [None, None, None, 0.5, None, None, None, 4.5, None]
+
+
+@pytest.mark.parametrize('name', ['refractory', 'min_width'])
+@pytest.mark.parametrize('value', [-1.0, math.nan, math.inf])
+def test_bad_limits_are_refused(name, value):
+    with pytest.raises(ParameterError, match=f'{name} must be finite and >= 0'):
+        EventDetector(**{name: value})
+    with pytest.raises(ParameterError, match=f'{name} must be finite and >= 0'):
+        events([0.0, 2.0], **{name: value})
 
 
 # Against the truth --------------------------------------------------------------------------------

@@ -1,0 +1,61 @@
+"""What counts as an event, and when events match: the numbers that every verdict rests on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from ..errors import ParameterError
+from ..models.neuron import FOLD
+
+THRESHOLD = FOLD
+RESET = 0.0
+SETTLE = 100.0
+WINDOW = 5.0
+BLIND = 5.0
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """The limits of the event detector and of the verdict; times in model time.
+
+    Raises ParameterError, one line, unless all are finite, ``reset`` lies below ``threshold``,
+    ``blind`` is positive and the other times are not negative.
+    """
+
+    threshold: float = THRESHOLD
+    """An event begins where the signal rises through this."""
+    reset: float = RESET
+    """An event ends, and the next may begin, once the signal is at or below this."""
+    settle: float = SETTLE
+    """Events before this time are not judged."""
+    window: float = WINDOW
+    """Events at most this far apart may match."""
+    blind: float = BLIND
+    """Samples further apart than this leave the signal unseen between them."""
+    refractory: float = 0.0
+    """Dead time: a rise this soon after an event is no event of its own; 0: off."""
+    min_width: float = 0.0
+    """An event must last at least this long, from its rise to its end; 0: off."""
+
+    @property
+    def detector(self) -> tuple[float, float, float, float]:
+        """What the event detector takes: threshold, reset, refractory, min_width."""
+        return self.threshold, self.reset, self.refractory, self.min_width
+
+    def __post_init__(self) -> None:
+        if not self.reset < self.threshold:
+            raise ParameterError(
+                f'reset must be < threshold ({self.threshold:g}), got {self.reset:g}; lower it'
+            )
+        for field in fields(self):
+            _check(field.name, getattr(self, field.name))
+
+
+def _check(name: str, value: float) -> None:
+    signed = name in ('threshold', 'reset')
+    positive = name == 'blind'
+    if math.isfinite(value) and (signed or value > 0.0 or (value == 0.0 and not positive)):
+        return
+    rule = 'finite' if signed else f'finite and {">" if positive else ">="} 0'
+    raise ParameterError(f'{name} must be {rule}, got {value:g}; give another value')
