@@ -82,7 +82,9 @@ class EventDetector:
             if not end - rise >= self.min_width:
                 return None
         self.count += 1
-        self._rise, self._ready = None, rise + self.refractory
+        self._rise = None
+        if self.refractory:
+            self._ready = rise + self.refractory
         return rise
 
     def _crossing(self, level: float, t: float, value: float) -> float:
@@ -132,7 +134,7 @@ def rises(
     when times and values differ in number.
     """
     Criteria(threshold, reset)
-    t, x = _finite(times, values)
+    t, x = finite(times, values)
     low, high = x <= reset, x >= threshold
     marks = np.flatnonzero(low | high)
     is_high = high[marks]
@@ -147,7 +149,7 @@ def rises(
     end = np.full(len(up), np.nan)
     end[over] = _crossings(reset, t, x, down)
     seen = np.full(len(up), t[-1] if len(t) else np.nan)
-    seen[over] = np.maximum(t[down - 1], end[over])
+    seen[over] = end[over]
     return Rises(start, end, seen - start)
 
 
@@ -169,8 +171,11 @@ def detect(
     return events
 
 
-def _finite(times: Sequence[float] | Array, values: Sequence[float] | Array) -> tuple[Array, Array]:
-    """Return the samples whose value is finite."""
+def finite(times: Sequence[float] | Array, values: Sequence[float] | Array) -> tuple[Array, Array]:
+    """Return the samples whose value is finite, both of shape (n,); without a copy if all are.
+
+    Raises EventregError when times and values differ in number.
+    """
     t, x = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if t.shape != x.shape or t.ndim != 1:
         raise EventregError(

@@ -12,7 +12,13 @@ from eventreg_ros.errors import EventregError, ParameterError
 
 
 def events(values, threshold=1.0, reset=0.0, times=None, **more):
-    return detect(range(len(values)) if times is None else times, values, threshold, reset, **more)
+    """Return what the offline detector finds, which must be what the live one finds."""
+    times = range(len(values)) if times is None else times
+    found = detect(times, values, threshold, reset, **more)
+    push = EventDetector(threshold, reset, **more).push
+    live = [push(float(t), float(x)) for t, x in zip(times, values, strict=True)]
+    assert found == [t for t in live if t is not None]
+    return found
 
 
 # By hand ----------------------------------------------------------------------------------------
@@ -91,6 +97,12 @@ def test_samples_that_are_not_finite_are_passed_over():
 def test_huge_values_and_equal_times():
     assert events([-1e308, 1e308]) == [0.0]  # the difference overflows, the time stays finite
     assert events([0.0, 2.0, 0.0, 2.0], times=[3.0] * 4) == [3.0, 3.0]
+
+
+def test_an_event_that_rounding_puts_before_the_last_one_is_no_less_an_event():
+    assert 0.6 + (1.8 - 0.6) > 1.8
+    found = events([0.0, 1.0, 0.0, 2.0], times=[0.6, 1.8, 1.8, 1.8])
+    assert found == [math.nextafter(1.8, 2.0), 1.8]
 
 
 def test_times_and_values_must_be_as_many():
