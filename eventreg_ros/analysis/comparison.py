@@ -1,0 +1,244 @@
+"""Several runs side by side: which events each has, how far apart they are, what was set otherwise.
+
+All times are in model time. Two runs are compared over the span that both have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import EventregError
+from .criteria import WINDOW
+from .distances import isi_distance, spike_distance, van_rossum, victor_purpura
+from .rejection import match
+from .verdict import ordered
+
+Value = object
+
+PRESENT = 'present'
+"""The value of a node that is there, where it is not in other runs."""
+
+
+@dataclass(frozen=True)
+class Trains:
+    """One run: its name, its verdict, the event times of each signal, and what it was run with.
+
+    ``events`` maps each signal that the run has to its increasing event times from ``start`` to
+    ``stop``; ``parameters`` maps NODE.PARAM to its value, and is None where they are not known.
+    """
+
+    name: str
+    events: Mapping[str, Sequence[float]]
+    stop: float
+    start: float = 0.0
+    verdict: str | None = None
+    parameters: Mapping[str, Value] | None = None
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances of two trains; see :mod:`.distances`. ``span`` is (start, stop) of both.
+
+    Victor-Purpura moves an event by the window at cost 1, van Rossum's time constant is the window.
+    """
+
+    span: tuple[float, float]
+    victor_purpura: float
+    van_rossum: float
+    spike: float
+    isi: float
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One signal of two runs: the events without a partner, by time, and the distances.
+
+    ``one`` and ``other`` are the runs' names. No distances where the runs share no span.
+    """
+
+    one: str
+    other: str
+    matched: int
+    only_one: tuple[float, ...]
+    only_other: tuple[float, ...]
+    distances: Distances | None
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """An event that some runs have: the median of its times, their spread, and the runs' names."""
+
+    time: float
+    spread: float
+    runs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SignalComparison:
+    """One signal in all runs that have it, named in ``runs``; ``pairs`` are with the first one."""
+
+    signal: str
+    runs: tuple[str, ...]
+    counts: tuple[int, ...]
+    pairs: tuple[Pair, ...]
+    occurrences: tuple[Occurrence, ...]
+
+    def share(self, occurrence: Occurrence) -> float:
+        """Return in which part of the runs an event occurs."""
+        return len(occurrence.runs) / len(self.runs)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A parameter that is not the same in all runs whose parameters are known.
+
+    None in the runs that do not have it, and in those that are not known. A node that some runs do
+    not have is one difference, :data:`PRESENT` where it is.
+    """
+
+    parameter: str
+    values: tuple[Value | None, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All runs, in the order given, and what differs."""
+
+    runs: tuple[str, ...]
+    verdicts: tuple[str | None, ...]
+    window: float
+    signals: tuple[SignalComparison, ...]
+    parameters: tuple[Difference, ...]
+
+
+def compare(runs: Sequence[Trains], window: float = WINDOW) -> Comparison:
+    """Compare two runs or more; every other one with the first.
+
+    Events at most ``window`` apart are the same. Raises EventregError for fewer than two runs,
+    equal names, or a window that is not positive.
+    """
+    names = [run.name for run in runs]
+    if len(runs) < 2 or len(set(names)) < len(names):
+        raise EventregError(
+            f'two runs or more with names of their own are compared, got '
+            f'{", ".join(names) or "none"}; add a run or rename one'
+        )
+    if not window > 0.0:
+        raise EventregError(f'window must be > 0, got {window:g}; give another value')
+    signals = ordered({signal for run in runs for signal in run.events})
+    return Comparison(
+        runs=tuple(names),
+        verdicts=tuple(run.verdict for run in runs),
+        window=window,
+        signals=tuple(_signal(name, runs, window) for name in signals),
+        parameters=differences([run.parameters for run in runs]),
+    )
+
+
+def _signal(signal: str, runs: Sequence[Trains], window: float) -> SignalComparison:
+    having = [run for run in runs if signal in run.events]
+    return SignalComparison(
+        signal=signal,
+        runs=tuple(run.name for run in having),
+        counts=tuple(len(run.events[signal]) for run in having),
+        pairs=tuple(_pair(signal, having[0], other, window) for other in having[1:]),
+        occurrences=_occurrences(signal, having, window),
+    )
+
+
+def _pair(signal: str, one: Trains, other: Trains, window: float) -> Pair:
+    a, b = one.events[signal], other.events[signal]
+    pairs = match(a, b, window)
+    used_a, used_b = {i for i, _ in pairs}, {j for _, j in pairs}
+    span = _common([one, other])
+    return Pair(
+        one=one.name,
+        other=other.name,
+        matched=len(pairs),
+        only_one=_within(span, [t for i, t in enumerate(a) if i not in used_a]),
+        only_other=_within(span, [t for j, t in enumerate(b) if j not in used_b]),
+        distances=_distances(_within(span, a), _within(span, b), span, window),
+    )
+
+
+def _distances(
+    a: Sequence[float], b: Sequence[float], span: tuple[float, float], window: float
+) -> Distances | None:
+    if not span[1] > span[0]:
+        return None
+    return Distances(
+        span=span,
+        victor_purpura=victor_purpura(a, b, 1.0 / window),
+        van_rossum=van_rossum(a, b, window),
+        spike=spike_distance(a, b, *span),
+        isi=isi_distance(a, b, *span),
+    )
+
+
+def _occurrences(signal: str, runs: Sequence[Trains], window: float) -> tuple[Occurrence, ...]:
+    """Return the events of all runs, those within ``window`` that are the same as one."""
+    groups = group([run.events[signal] for run in runs], window)
+    span = _common(runs)
+    found = []
+    for members in groups:
+        times = [t for t, _ in members]
+        middle = float(np.median(times))
+        if span[0] <= middle <= span[1]:
+            names = tuple(runs[i].name for i in sorted(i for _, i in members))
+            found.append(Occurrence(middle, times[-1] - times[0], names))
+    return tuple(found)
+
+
+def group(trains: Sequence[Sequence[float]], window: float) -> list[list[tuple[float, int]]]:
+    """Group the events of several trains: at most one of each, at most ``window`` after the first.
+
+    Returns the groups' events as (time, index of the train), in order of time. Each event joins the
+    earliest group that takes it; of two trains this makes the pairs of :func:`.rejection.match`.
+    """
+    merged = sorted((float(t), i) for i, times in enumerate(trains) for t in times)
+    groups: list[list[tuple[float, int]]] = []
+    first = 0
+    for t, i in merged:
+        while first < len(groups) and t - groups[first][0][0] > window:
+            first += 1
+        for members in groups[first:]:
+            if all(i != other for _, other in members):
+                members.append((t, i))
+                break
+        else:
+            groups.append([(t, i)])
+    return groups
+
+
+def differences(parameters: Sequence[Mapping[str, Value] | None]) -> tuple[Difference, ...]:
+    """Return what is not the same in all runs whose parameters are known, in order of name."""
+    nodes = [{_node(name) for name in values} for values in parameters if values is not None]
+    everywhere = set[str].intersection(*nodes) if nodes else set()
+    tables = [None if p is None else _folded(p, everywhere) for p in parameters]
+    known = [table for table in tables if table is not None]
+    return tuple(
+        Difference(name, tuple((table or {}).get(name) for table in tables))
+        for name in sorted({name for table in known for name in table})
+        if any(table.get(name) != known[0].get(name) for table in known[1:])
+    )
+
+
+def _folded(values: Mapping[str, Value], nodes: Collection[str]) -> dict[str, Value]:
+    """Return the parameters of ``nodes``, and for every other node just that it is there."""
+    kept = {name: value for name, value in values.items() if _node(name) in nodes}
+    return {**kept, **{_node(name): PRESENT for name in values if _node(name) not in nodes}}
+
+
+def _node(name: str) -> str:
+    return name.partition('.')[0]
+
+
+def _common(runs: Sequence[Trains]) -> tuple[float, float]:
+    return max(run.start for run in runs), min(run.stop for run in runs)
+
+
+def _within(span: tuple[float, float], times: Sequence[float]) -> tuple[float, ...]:
+    return tuple(t for t in times if span[0] <= t <= span[1])
