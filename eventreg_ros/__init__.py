@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .api import Certificate as Certificate
+    from .api import Comparison as Comparison
     from .api import Run as Run
     from .api import Scenario as Scenario
     from .api import certificates as certificates
+    from .api import compare as compare
     from .api import events as events
     from .api import judge as judge
     from .api import load as load
@@ -16,7 +18,18 @@ if TYPE_CHECKING:
 
 __version__ = '0.1.0'
 
-__all__ = ['Certificate', 'Run', 'Scenario', 'certificates', 'events', 'judge', 'load', 'simulate']
+__all__ = [
+    'Certificate',
+    'Comparison',
+    'Run',
+    'Scenario',
+    'certificates',
+    'compare',
+    'events',
+    'judge',
+    'load',
+    'simulate',
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -13,13 +13,17 @@ All public names of this module are there as ``from eventreg_ros import ...``.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 from . import scenario as scenarios
+from .analysis.comparison import Comparison, distinct, trains_of
+from .analysis.comparison import compare as compare_trains
 from .analysis.criteria import RESET, SETTLE, THRESHOLD, WINDOW
 from .analysis.events import detect
+from .analysis.recorded import Analysis, analyze
 from .analysis.verdict import Report, table
 from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
@@ -34,7 +38,18 @@ from .theory.certify import certify
 FINE = 0.02
 """Model time between the samples in which a continuous run's events are looked for, at most."""
 
-__all__ = ['Certificate', 'Run', 'Scenario', 'certificates', 'events', 'judge', 'load', 'simulate']
+__all__ = [
+    'Certificate',
+    'Comparison',
+    'Run',
+    'Scenario',
+    'certificates',
+    'compare',
+    'events',
+    'judge',
+    'load',
+    'simulate',
+]
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,6 +175,65 @@ def judge(run: Run, settle: float = SETTLE, window: float = WINDOW) -> Report:
     for entry in report['signals'].values():
         entry['samples'] = len(run.t)  # the fine grid is for the events alone
     return report
+
+
+def compare(
+    *runs: Run | Analysis | Scenario | str | Path,
+    names: Sequence[str] | None = None,
+    settle: float = SETTLE,
+    window: float = WINDOW,
+) -> Comparison:
+    """Compare two runs or more: verdicts, events that differ, distances, parameters.
+
+    A run is what :func:`simulate` returns, a scenario (which is then simulated), or a bag, as
+    :func:`open_run` takes them. ``names`` are what the runs are called, by default as their
+    scenarios or files. ``settle`` and ``window`` are in model time; see :func:`judge`.
+    """
+    opened = [
+        run if isinstance(run, Run | Analysis) else open_run(run, settle, window) for run in runs
+    ]
+    called = [_name(given, run) for given, run in zip(runs, opened, strict=True)]
+    called = distinct(called) if names is None else list(names)
+    trains = [
+        trains_of(name, _judged(run, settle, window), run.scenario)
+        for name, run in zip(called, opened, strict=True)
+    ]
+    return compare_trains(trains, window)
+
+
+def open_run(
+    source: Scenario | str | Path, settle: float = SETTLE, window: float = WINDOW
+) -> Run | Analysis:
+    """Return the run that ``source`` means: a scenario is simulated, a bag is read and judged.
+
+    A shipped name, or the path of a .yaml file, is a scenario; any other path a bag (a bag called
+    like a scenario is ./NAME). A simulation lasts 400 of model time, or 300 after ``settle`` if
+    that is longer. Raises EventregError for what is neither.
+    """
+    if isinstance(source, Scenario):
+        return simulate(source, max(400.0, settle + 300.0))
+    text = str(source)
+    if text in scenarios.shipped() or Path(text).suffix in ('.yaml', '.yml'):
+        return open_run(load(text), settle, window)
+    if not Path(text).exists():
+        raise EventregError(
+            f'{text!r} is neither a bag nor a scenario: no such file, and shipped are '
+            f'{", ".join(scenarios.shipped())}; check the name'
+        )
+    return analyze(text, settle=settle, window=window)
+
+
+def _name(given: object, run: Run | Analysis) -> str:
+    if isinstance(given, str | Path):
+        return Path(given).name or str(given)
+    return run.scenario.name if run.scenario else 'bag'
+
+
+def _judged(run: Run | Analysis, settle: float, window: float) -> Report:
+    if isinstance(run, Run):
+        return judge(run, settle, window)
+    same = (run.settle, run.window) == (settle, window)
+    return (run if same else replace(run, settle=settle, window=window)).report
 
 
 def certificates(scenario: Scenario | str) -> list[Certificate]:

@@ -5,21 +5,18 @@ All times are in model time. Two runs are compared over the span that both have.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import EventregError
+from ..scenario import Scenario
 from .criteria import WINDOW
+from .differences import Difference, Value, differences
 from .distances import isi_distance, spike_distance, van_rossum, victor_purpura
 from .rejection import match
-from .verdict import ordered
-
-Value = object
-
-PRESENT = 'present'
-"""The value of a node that is there, where it is not in other runs."""
+from .verdict import Report, ordered
 
 
 @dataclass(frozen=True)
@@ -36,6 +33,29 @@ class Trains:
     start: float = 0.0
     verdict: str | None = None
     parameters: Mapping[str, Value] | None = None
+
+
+def trains_of(name: str, report: Report, scenario: Scenario | None) -> Trains:
+    """Return one run as it is compared: from its report, and its scenario where that is known."""
+    return Trains(
+        name=name,
+        events={signal: entry['events'] for signal, entry in report['signals'].items()},
+        stop=report['duration'],
+        verdict=report['verdict'],
+        parameters=None
+        if scenario is None
+        else {
+            f'{n}.{p}': value for n, values in scenario.nodes.items() for p, value in values.items()
+        },
+    )
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """Return ``names`` with a number added to those that came before: exact, exact (2)."""
+    return [
+        name if names.index(name) == i else f'{name} ({names[: i + 1].count(name)})'
+        for i, name in enumerate(names)
+    ]
 
 
 @dataclass(frozen=True)
@@ -89,18 +109,6 @@ class SignalComparison:
     def share(self, occurrence: Occurrence) -> float:
         """Return in which part of the runs an event occurs."""
         return len(occurrence.runs) / len(self.runs)
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A parameter that is not the same in all runs whose parameters are known.
-
-    None in the runs that do not have it, and in those that are not known. A node that some runs do
-    not have is one difference, :data:`PRESENT` where it is.
-    """
-
-    parameter: str
-    values: tuple[Value | None, ...]
 
 
 @dataclass(frozen=True)
@@ -211,29 +219,6 @@ def group(trains: Sequence[Sequence[float]], window: float) -> list[list[tuple[f
         else:
             groups.append([(t, i)])
     return groups
-
-
-def differences(parameters: Sequence[Mapping[str, Value] | None]) -> tuple[Difference, ...]:
-    """Return what is not the same in all runs whose parameters are known, in order of name."""
-    nodes = [{_node(name) for name in values} for values in parameters if values is not None]
-    everywhere = set[str].intersection(*nodes) if nodes else set()
-    tables = [None if p is None else _folded(p, everywhere) for p in parameters]
-    known = [table for table in tables if table is not None]
-    return tuple(
-        Difference(name, tuple((table or {}).get(name) for table in tables))
-        for name in sorted({name for table in known for name in table})
-        if any(table.get(name) != known[0].get(name) for table in known[1:])
-    )
-
-
-def _folded(values: Mapping[str, Value], nodes: Collection[str]) -> dict[str, Value]:
-    """Return the parameters of ``nodes``, and for every other node just that it is there."""
-    kept = {name: value for name, value in values.items() if _node(name) in nodes}
-    return {**kept, **{_node(name): PRESENT for name in values if _node(name) not in nodes}}
-
-
-def _node(name: str) -> str:
-    return name.partition('.')[0]
 
 
 def _common(runs: Sequence[Trains]) -> tuple[float, float]:

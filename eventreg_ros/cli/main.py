@@ -15,6 +15,7 @@ VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
     'simulate': 'the scenario offline, as one continuous system or sample by sample',
     'analyze': 'events, rejection, residual and timing of a recorded bag',
+    'compare': 'several bags or scenarios side by side: events that differ, distances',
     'certify': 'what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
     'margin': 'the largest delay, loss and jitter that the loop bears',
     'figures': "the paper's figures, and those that it argues in words",

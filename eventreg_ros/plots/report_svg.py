@@ -65,7 +65,7 @@ def signals_svg(signals: Signals, report: Report, threshold: float) -> str:
             ax.axhline(threshold, color=GREY, linewidth=0.8, linestyle=DOTTED, zorder=1)
             _frame(ax, 'y and y_r' if both else name, report)
 
-    return _svg(draw, heights, 'Signals over model time, with their events')
+    return svg(draw, heights, 'Signals over model time, with their events')
 
 
 def raster_svg(signals: Signals, report: Report, outcomes: Mapping[str, Sequence[float]]) -> str:
@@ -83,7 +83,7 @@ def raster_svg(signals: Signals, report: Report, outcomes: Mapping[str, Sequence
         _frame(ax, '', report)
         ax.grid(axis='y', visible=False)
 
-    return _svg(draw, [0.15 + 0.3 * len(names)], 'Events of every signal, one row each')
+    return svg(draw, [0.15 + 0.3 * len(names)], 'Events of every signal, one row each')
 
 
 def residual_svg(signals: Signals, report: Report, threshold: float) -> str:
@@ -95,7 +95,7 @@ def residual_svg(signals: Signals, report: Report, threshold: float) -> str:
         axes[0].axhline(abs(threshold) or 1.0, color=GREY, linewidth=0.8, linestyle=DOTTED)
         _frame(axes[0], name, report)
 
-    return _svg(draw, [1.6], f'The residual, {name}, over model time')
+    return svg(draw, [1.6], f'The residual, {name}, over model time')
 
 
 def synchronisation_svg(signals: Signals, report: Report) -> str | None:
@@ -112,7 +112,7 @@ def synchronisation_svg(signals: Signals, report: Report) -> str | None:
         _frame(axes[0], 'w and u', report)
         _frame(axes[1], '|w - u|', report)
 
-    return _svg(draw, [1.4, 1.2], 'Disturbance w and control action u, and their difference', 0.3)
+    return svg(draw, [1.4, 1.2], 'Disturbance w and control action u, and their difference', 0.3)
 
 
 def panels(signals: Signals) -> list[str]:
@@ -157,7 +157,7 @@ def _short(name: str) -> str:
     return name if len(name) <= 16 else f'{name[:7]}...{name[-7:]}'
 
 
-def _svg(
+def svg(
     draw: Callable[[list[Any]], None], heights: Sequence[float], title: str, top: float = TOP
 ) -> str:
     """Return an svg element that fits its container: ``draw`` fills panels of these heights."""

@@ -6,14 +6,12 @@ import random
 import pytest
 
 from eventreg_ros.analysis.comparison import (
-    PRESENT,
-    Difference,
     Occurrence,
     Trains,
     compare,
-    differences,
     group,
 )
+from eventreg_ros.analysis.differences import PRESENT, Difference, differences
 from eventreg_ros.analysis.distances import spike_distance, van_rossum, victor_purpura
 from eventreg_ros.analysis.rejection import match
 from eventreg_ros.errors import EventregError
@@ -118,6 +116,10 @@ def test_groups_of_two_trains_are_the_pairs_of_the_verdict():
         pairs = {(a[i], b[j]) for i, j in match(a, b, window)}
         both = [sorted(g, key=lambda member: member[1]) for g in group([a, b], window)]
         assert {(g[0][0], g[1][0]) for g in both if len(g) == 2} == pairs
+
+
+def test_the_window_is_closed():
+    assert group([[0.0], [5.0]], 5.0) == [[(0.0, 0), (5.0, 1)]]
 
 
 def test_differences():
