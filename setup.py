@@ -21,7 +21,9 @@ ROS = [
     'ros-jazzy-common-interfaces==5.3.6',
     'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
 ]
+FRAMES = ['pandas', 'xarray', 'pyarrow']
 TEST = [
+    *FRAMES,
     'pytest',
     'hypothesis',
     'ruff==0.17.6',
@@ -49,7 +51,7 @@ setup(
         ('share/' + package_name + '/launch', sorted(glob('launch/*.launch.py'))),
     ],
     install_requires=['setuptools', 'numpy', 'scipy', 'matplotlib', 'PyYAML', 'rosbags'],
-    extras_require={'ros': ROS, 'fast': ['numba'], 'test': TEST},
+    extras_require={'ros': ROS, 'fast': ['numba'], 'frames': FRAMES, 'test': TEST},
     zip_safe=False,
     entry_points={
         'console_scripts': [

@@ -17,14 +17,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import scenario as scenarios
 from .analysis.comparison import Comparison, distinct, trains_of
 from .analysis.comparison import compare as compare_trains
 from .analysis.criteria import RESET, SETTLE, THRESHOLD, WINDOW
 from .analysis.events import detect
+from .analysis.export import to_dataframe, to_xarray
 from .analysis.recorded import Analysis, analyze
-from .analysis.verdict import Report, table
+from .analysis.verdict import Report, Signals, table
 from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
 from .scenario import Scenario
@@ -34,6 +36,10 @@ from .simulation.trajectory import Array, Trajectory
 from .simulation.wiring import common_grid
 from .theory.certificates import Certificate
 from .theory.certify import certify
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 FINE = 0.02
 """Model time between the samples in which a continuous run's events are looked for, at most."""
@@ -93,6 +99,17 @@ class Run:
         """The model times of all events of each signal."""
         found = self.report['signals']
         return {name: [float(t) for t in entry['events']] for name, entry in found.items()}
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""
+        return to_dataframe(self._over_time(), scenario=self.scenario.name, verdict=self.verdict)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the signals as an xarray Dataset over t; see :func:`.export.to_xarray`."""
+        return to_xarray(self._over_time(), scenario=self.scenario.name, verdict=self.verdict)
+
+    def _over_time(self) -> Signals:
+        return {name: (self.t, x) for name, x in self.signals.items()}
 
 
 def load(scenario: str, *overrides: str) -> Scenario:

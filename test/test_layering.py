@@ -41,7 +41,7 @@ ONLY_IN = {
 }
 """Packages from outside, and the rooms that alone may import them."""
 
-HEAVY = {'scipy', 'matplotlib', 'numba', 'yaml', 'rosbags'}
+HEAVY = {'scipy', 'matplotlib', 'numba', 'yaml', 'rosbags', 'pandas', 'xarray', 'pyarrow'}
 
 
 def modules():

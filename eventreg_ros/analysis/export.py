@@ -1,26 +1,42 @@
-"""Signals as files that other programs read: npz and csv."""
+"""Signals as what other programs read: npz, csv and parquet files, pandas and xarray objects."""
 
 from __future__ import annotations
 
 import csv
+import importlib.util
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
 Array = npt.NDArray[np.float64]
+Signals = Mapping[str, tuple[Array, Array]]
 RESERVED = ('t', 'file', 'allow_pickle')
 
 
 def check_path(path: Path) -> None:
-    """Raise EventregError unless :func:`write_signals` knows the suffix of ``path``."""
+    """Raise EventregError unless :func:`write_signals` can write what ``path`` ends in."""
     if path.suffix not in FORMATS:
         raise EventregError(
             f'--out must end in {" or ".join(FORMATS)}, got {str(path)!r}; name another file'
+        )
+    if path.suffix == '.parquet':
+        need('pyarrow', f'writing {path}')
+
+
+def need(package: str, who: str) -> None:
+    """Raise EventregError unless ``package``, which is optional, can be imported."""
+    if importlib.util.find_spec(package) is None:
+        raise EventregError(
+            f"{who} needs {package}, which is not installed; pip install 'eventreg_ros[frames]'"
         )
 
 
@@ -52,4 +68,45 @@ def _csv(path: Path, t: Array, signals: Mapping[str, Array]) -> None:
         writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
-FORMATS = {'.npz': _npz, '.csv': _csv}
+def _parquet(path: Path, t: Array, signals: Mapping[str, Array]) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    pyarrow.parquet.write_table(pyarrow.table({'t': t, **signals}), path)
+
+
+FORMATS = {'.npz': _npz, '.csv': _csv, '.parquet': _parquet}
+
+
+def to_dataframe(signals: Signals, **attrs: object) -> pandas.DataFrame:
+    """Return a pandas DataFrame: a column per signal, the index t in model time.
+
+    ``signals`` maps each name to (t, values), both of shape (n,). Where they have times of their
+    own the index has them all, and a signal without a sample there is NaN; of samples at one time
+    the last counts. ``attrs`` are the frame's. Raises EventregError without pandas.
+    """
+    need('pandas', 'to_dataframe')
+    import pandas
+
+    columns = {}
+    for name, (t, x) in signals.items():
+        column = pandas.Series(x, pandas.Index(t, name='t'))
+        columns[name] = column[~column.index.duplicated(keep='last')]
+    frame = pandas.DataFrame(columns)
+    frame.index.name = 't'
+    frame.attrs.update(attrs)
+    return frame
+
+
+def to_xarray(signals: Signals, **attrs: object) -> xarray.Dataset:
+    """Return an xarray Dataset: a variable per signal over the dimension t, in model time.
+
+    As :func:`to_dataframe`. Raises EventregError without xarray and pandas.
+    """
+    need('xarray', 'to_xarray')
+    import xarray
+
+    dataset: xarray.Dataset = xarray.Dataset.from_dataframe(to_dataframe(signals))
+    dataset['t'].attrs['units'] = 'model time'
+    dataset.attrs.update(attrs)
+    return dataset

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import scenario as scenarios
 from ..bags.reader import Recording, read_bag
@@ -12,8 +13,13 @@ from ..errors import BagError
 from ..scenario import Scenario
 from ..scenario.parameters import TIME_SCALE
 from .criteria import SETTLE, WINDOW
+from .export import to_dataframe, to_xarray
 from .timing import timing
 from .verdict import Report, Signals, judge
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,17 @@ class Analysis:
         for name, entry in report['signals'].items():
             entry['timing'] = timing(self.recording.signals[name][0])
         return report
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""
+        return to_dataframe(self.signals, **self._attrs())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the signals as an xarray Dataset over t; see :func:`.export.to_xarray`."""
+        return to_xarray(self.signals, **self._attrs())
+
+    def _attrs(self) -> dict[str, str]:
+        return {key: self.report[key] for key in ('scenario', 'verdict')}
 
 
 def analyze(

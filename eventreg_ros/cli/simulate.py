@@ -51,7 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--seed', type=whole(0), metavar='N', help='of loss and jitter (0); --sampled'
     )
-    parser.add_argument('--out', type=Path, metavar='F', help='write the signals: .npz or .csv')
+    parser.add_argument(
+        '--out', type=Path, metavar='F', help='write the signals: .npz, .csv, .parquet'
+    )
     parser.add_argument('--bag', type=Path, metavar='DIR', help='write the signals as a rosbag2')
     add_json(parser)
     add_window(parser)

@@ -121,7 +121,7 @@ def test_overrides_and_renamed_signals(tmp_path):
         (['exact', '--sampled', '--seed', '-1'], 'must be a whole number'),
         (['exact', '--duration', '0'], 'must be a finite number > 0'),
         (['exact', '--duration', '1e12'], 'shorter duration'),
-        (['exact', '--out', 'x.mat'], 'must end in .npz or .csv'),
+        (['exact', '--out', 'x.mat'], 'must end in .npz or .csv or .parquet'),
         (['exact', '--duration', '5', '--out', '/nowhere/x.csv'], 'cannot write /nowhere/x.csv'),
         (['exact', '--bag', '/'], 'exists already'),
         (['nonsense'], 'no scenario'),
