@@ -11,6 +11,7 @@ correlated over longer than a few samples looks like a signal, and is not recogn
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -142,7 +143,10 @@ def noise_level(x: Array) -> float | None:
 
 
 def words(name: str, noise: Noise) -> str:
-    """Return one line on the noise of signal ``name``; empty when there is nothing to say."""
+    """Return a line on the noise of signal ``name``, and one with the reasons for what it suggests.
+
+    Empty where there is nothing to say.
+    """
     if not noise.noisy or noise.sd is None:
         return ''
     line = (
@@ -155,8 +159,15 @@ def words(name: str, noise: Noise) -> str:
     limits = noise.suggestion.criteria
     return (
         f'{line}; {noise.events} events, {noise.suggestion.events} with min_width '
-        f'{limits.min_width:g}, refractory {limits.refractory:g}, reset {limits.reset:g}'
+        f'{limits.min_width:g}, refractory {limits.refractory:g}, reset {limits.reset:g}\n'
+        f'  because {"; ".join(noise.suggestion.reasons)}'
     )
+
+
+def table(signals: Mapping[str, tuple[Array, Array]], criteria: Criteria | None = None) -> str:
+    """Return :func:`words` on every signal, (t, values), t in model time; empty if none is noisy."""
+    lines = [words(name, examine(t, x, criteria)) for name, (t, x) in signals.items()]
+    return '\n'.join(line for line in lines if line)
 
 
 def _suggest(

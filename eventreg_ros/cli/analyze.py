@@ -6,6 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from ..analysis.criteria import Criteria
+from ..analysis.noise import table as noise_table
 from ..analysis.recorded import analyze
 from ..analysis.verdict import EXIT_CODES, Report, table
 from ..scenario.parameters import TIME_SCALE
@@ -44,6 +46,8 @@ def main(args: argparse.Namespace) -> int:
     report = analysis.report
     print(table(report))
     print(timing_table(report), flush=True)
+    if noise := noise_table(analysis.signals, Criteria(*analysis.monitor)):
+        print(noise, flush=True)
     write_json(args.json, report)
     if args.report is not None:
         from ..plots.report import render, report_page

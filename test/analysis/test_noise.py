@@ -8,7 +8,7 @@ import pytest
 from eventreg_ros import simulate
 from eventreg_ros.analysis.criteria import Criteria
 from eventreg_ros.analysis.events import detect
-from eventreg_ros.analysis.noise import examine, noise_level, words
+from eventreg_ros.analysis.noise import examine, noise_level, table, words
 from eventreg_ros.analysis.trains import coincidence
 
 T = np.arange(8001) * 0.05
@@ -117,7 +117,10 @@ def test_the_advice_leaves_the_events_of_the_clean_signal(loops, name, sd):
         after = detect(T, noisy, *noise.suggestion.criteria.detector)
         assert len(after) == len(truth) == coincidence(after, truth).matched
         assert noise.suggestion.events == len(after)
-        assert f'{len(before)} events, {len(truth)} with min_width' in words('y', noise)
+        first, second = words('y', noise).splitlines()
+        assert f'{len(before)} events, {len(truth)} with min_width' in first
+        assert second.startswith('  because noise alone lasts up to 0.75; ')
+        assert table({'w': (T, clean), 'y': (T, noisy)}) == words('y', noise)
 
 
 def test_the_advice_lies_between_noise_and_spikes(loops):

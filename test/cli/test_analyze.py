@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 
 from eventreg_ros import scenario as scenarios
@@ -53,6 +54,19 @@ def test_as_a_process(make_bag, eventreg):
         result = eventreg('analyze', make_bag(f'bag_{code}', w=W, y=y, u=U))
         assert (result.returncode, result.stderr) == (code, '')
         assert result.stdout.startswith('made: 260.0 model time units, counted after 100\n')
+
+
+def test_a_noisy_signal_is_named_with_limits_that_help(tmp_path, loop_signals, stamped, analyze):
+    signals = loop_signals(w=W, y=[], u=U)
+    t, y = signals['y']
+    signals['y'] = (t, y + 1.0 + np.random.default_rng(1).normal(0.0, 0.5, len(t)))
+    write_bag(tmp_path / 'noisy', stamped(signals), 'made', 'plant: {ros__parameters: {}}')
+    code, output, _ = analyze(tmp_path / 'noisy')
+    assert code == 1
+    (line,) = (line for line in output.splitlines() if 'noisy' in line)
+    assert line.startswith('y is noisy (sd 0.5')
+    assert 'events, 0 with min_width' in line
+    assert '  because noise alone lasts up to' in output
 
 
 # Arguments ----------------------------------------------------------------------------------------
