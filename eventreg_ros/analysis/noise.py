@@ -165,7 +165,7 @@ def words(name: str, noise: Noise) -> str:
 
 
 def table(signals: Mapping[str, tuple[Array, Array]], criteria: Criteria | None = None) -> str:
-    """Return :func:`words` on every signal, (t, values), t in model time; empty if none is noisy."""
+    """Return :func:`words` on every signal, (t, values) with t in model time; empty if clean."""
     lines = [words(name, examine(t, x, criteria)) for name, (t, x) in signals.items()]
     return '\n'.join(line for line in lines if line)
 
