@@ -39,7 +39,7 @@ def trains_of(name: str, report: Report, scenario: Scenario | None) -> Trains:
     """Return one run as it is compared: from its report, and its scenario where that is known."""
     return Trains(
         name=name,
-        events={signal: entry['events'] for signal, entry in report['signals'].items()},
+        events={signal: sorted(entry['events']) for signal, entry in report['signals'].items()},
         stop=report['duration'],
         verdict=report['verdict'],
         parameters=None

@@ -23,19 +23,30 @@ Times = Sequence[float] | Array
 def victor_purpura(a: Times, b: Times, cost: float) -> float:
     """Return the least total cost of turning train ``a`` into ``b`` (Victor and Purpura 1996).
 
-    An event is added or removed at cost 1, or moved at ``cost`` per model time. Row by row of the
-    table of costs: 10,000 events a side take about a second. Raises EventregError for cost < 0.
+    An event is added or removed at cost 1, or moved at ``cost`` per model time, which never pays
+    over more than 2 / ``cost``. Row by row of the table of costs, of which only those columns are
+    kept: in time proportional to the events times those within that reach. Raises EventregError
+    for any other cost than 0 or more.
     """
-    _need(cost >= 0.0, 'cost', '>= 0', cost)
+    _need(0.0 <= cost < np.inf, 'cost', 'finite and >= 0', cost)
     one, other = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    column = np.arange(len(other) + 1, dtype=np.float64)
-    row = column.copy()
-    for i, t in enumerate(one.tolist(), start=1):
+    reach = 2.0 / cost if cost else np.inf
+    lows = np.searchsorted(other, one - reach).tolist()
+    highs = np.searchsorted(other, one + reach, side='right').tolist()
+    row, first = np.zeros(1), 0  # the costs of having used up first, first + 1, ... of other
+    for t, low, high in zip(one.tolist(), lows, highs, strict=True):
+        row = _extended_to(row, high - first + 1)[low - first :]
         best = row + 1.0
-        np.minimum(best[1:], row[:-1] + cost * np.abs(other - t), out=best[1:])
-        best[0] = i
-        row = column + np.minimum.accumulate(best - column)  # additions, from the left
-    return float(row[-1])
+        np.minimum(best[1:], row[:-1] + cost * np.abs(other[low:high] - t), out=best[1:])
+        added = np.arange(len(best), dtype=np.float64)
+        row, first = added + np.minimum.accumulate(best - added), low
+    return float(_extended_to(row, len(other) - first + 1)[-1])
+
+
+def _extended_to(row: Array, size: int) -> Array:
+    """Return ``row`` with so many columns; in each more, one more event is added."""
+    more = np.arange(1.0, size - len(row) + 1.0)
+    return np.concatenate([row, row[-1] + more]) if len(more) else row
 
 
 def van_rossum(a: Times, b: Times, time_constant: float) -> float:

@@ -189,8 +189,9 @@ def test_ten_thousand_events():
 @pytest.mark.parametrize(
     ('call', 'rule'),
     [
-        (lambda: victor_purpura([], [], -1.0), 'cost must be >= 0, got -1'),
-        (lambda: victor_purpura([], [], math.nan), 'cost must be >= 0, got nan'),
+        (lambda: victor_purpura([], [], -1.0), 'cost must be finite and >= 0, got -1'),
+        (lambda: victor_purpura([], [], math.nan), 'cost must be finite and >= 0, got nan'),
+        (lambda: victor_purpura([], [], math.inf), 'cost must be finite and >= 0, got inf'),
         (lambda: van_rossum([], [], 0.0), 'time_constant must be > 0, got 0'),
         (lambda: spike_distance([], [], 5.0, 5.0), r'stop must be > start \(5\), got 5'),
         (lambda: isi_distance([1.0, 12.0], [], 0.0, 10.0), 'between start 0 and stop 10, got 1 to'),
