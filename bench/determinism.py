@@ -25,7 +25,6 @@ from eventreg_ros.errors import EventregError
 from eventreg_ros.runtime.tick_grid import TickGrid
 from eventreg_ros.session.domain import loopback_domain
 from eventreg_ros.session.processes import Processes, node_command
-from eventreg_ros.session.session import complete, in_lockstep
 from eventreg_ros.simulation.sampled import simulate_sampled
 
 LATE = 5.0
@@ -57,11 +56,11 @@ def recorded(
     os.environ.pop('ROS_DOMAIN_ID', None)
     with loopback_domain(os.environ) as environment:
         os.environ.update(environment)
-        from eventreg_ros.session.client import Conductor
+        from eventreg_ros.session.client import Client
 
         scenario, stored = scenarios.load(name), bag.with_suffix('.scenario.yaml')
         stored.write_text(scenario.to_yaml())
-        whole = in_lockstep(complete(scenario, bag, stored), seconds)
+        whole = scenario.with_recorder(str(bag), str(stored)).in_lockstep(seconds)
         file = bag.with_suffix('.yaml')
         file.write_text(whole.to_yaml())
         arguments = ['--params-file', str(file), '--log-level', 'WARN']
@@ -74,8 +73,8 @@ def recorded(
                 raise EventregError(f'{node} {processes.died[node]}')
 
         try:
-            with Conductor(alive) as conductor:
-                reached = conductor.follow(whole.nodes['clock']['participants'], whole.rate)
+            with Client(alive) as client:
+                reached = client.follow(whole.nodes['clock']['participants'], whole.rate)
                 if composed:
                     processes.start(
                         'nodes', node_command('composed', arguments, order), environment
@@ -83,10 +82,10 @@ def recorded(
                 else:
                     for i, node in enumerate(order):
                         if i == len(order) - 1:
-                            conductor.wait(late)
+                            client.wait(late)
                         processes.start(node, node_command(node, arguments), environment)
                 steps = round(seconds * whole.rate)
-                conductor.until(lambda: reached() >= steps, LIMIT, lambda: f'at {reached()}')
+                client.until(lambda: reached() >= steps, LIMIT, lambda: f'at {reached()}')
         finally:
             processes.stop()
     return hash_of({n: (t.tobytes(), x.tobytes()) for n, (t, x) in read_bag(bag).signals.items()})
@@ -95,7 +94,7 @@ def recorded(
 def simulated(name: str, seconds: float) -> str:
     """Return the hash of the sampled simulation, stamped as a bag of lockstep is."""
     scenario = scenarios.load(name)
-    run = simulate_sampled(scenario.blocks, scenario.stimulus, seconds * scenario.time_scale)
+    run = simulate_sampled(scenario.loop, seconds * scenario.time_scale)
     stamps = np.array(TickGrid(scenario.rate).stamps(len(run.t)), np.int64).tobytes()
     return hash_of({n: (stamps, x.astype(np.float64).tobytes()) for n, x in run.signals.items()})
 

@@ -8,7 +8,6 @@ for one, however far it leads (see ``REACH`` in eventreg_ros/simulation/hold.py)
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +17,8 @@ from eventreg_ros.errors import EventregError
 from eventreg_ros.robustness.evaluator import Evaluator, Setting
 from eventreg_ros.robustness.margins import limit
 from eventreg_ros.simulation import hold
-from eventreg_ros.simulation.sampled import Network
+from eventreg_ros.simulation.impairment import Impairment
+from eventreg_ros.simulation.sampled import SampledLoop
 
 HORIZONS = (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0)
 SCENARIOS = ('exact', 'mismatch', 'open', 'linear')
@@ -64,19 +64,18 @@ def out_of_bounds(setup: scenario.Scenario, rate: float) -> bool:
     return any(peak(loop, 0.05 * i) > FAR for i in range(21))
 
 
-def peak(loop: Network, delay: float) -> float:
+def peak(loop: SampledLoop, delay: float) -> float:
     """Return the largest |y| of a run, infinite when the state stops being finite."""
     try:
-        run = loop.run(400.0, delay=delay)
+        run = loop.run(400.0, Impairment(delay=delay))
     except EventregError:
         return np.inf
     return float(np.abs(run.signals['y']).max())
 
 
-def network(setup: scenario.Scenario, kind: str, rate: float) -> Network:
+def network(setup: scenario.Scenario, kind: str, rate: float) -> SampledLoop:
     """Return the scenario's loop with one hold on all blocks, at one rate."""
-    blocks = {name: replace(spec, hold=kind, rate=rate) for name, spec in setup.blocks.items()}
-    return Network(blocks, setup.stimulus)
+    return SampledLoop(setup.loop.sampled_at(rate, kind))
 
 
 def hold_table() -> list[str]:
@@ -99,7 +98,7 @@ def hold_table() -> list[str]:
 def judged(name: str, kind: str, h: float, delay: float) -> dict:
     """Return the report on a run of scenario ``name``."""
     setup = scenario.load(name)
-    run = network(setup, kind, setup.time_scale / h).run(T[name], delay=delay)
+    run = network(setup, kind, setup.time_scale / h).run(T[name], Impairment(delay=delay))
     return judge(
         {signal: (run.t, x) for signal, x in run.signals.items()},
         scenario=name,

@@ -23,7 +23,6 @@ from realtime import cpu_seconds
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.session.domain import loopback_domain
 from eventreg_ros.session.processes import Processes, node_command
-from eventreg_ros.session.session import complete, in_lockstep
 
 ROLES = ('exosystem', 'plant', 'controller')
 GOALS = {'processes': 0.8, 'composed': 0.6}
@@ -156,11 +155,12 @@ def real_speed(composed: bool, seconds: float) -> Speed:
 
 def prepared(scratch: Path) -> tuple[list[str], Path]:
     """Return the names of the nodes and their parameter file; the spike monitor is left out."""
-    loop = complete(scenarios.load('exact'), scratch / 'bag', scratch / 'exact.yaml')
+    exact = scenarios.load('exact')
+    loop = exact.with_recorder(str(scratch / 'bag'), str(scratch / 'exact.yaml'))
     loop.given.pop('spike_monitor')
     loop.nodes.pop('spike_monitor')
     (scratch / 'exact.yaml').write_text(loop.to_yaml())
-    whole = in_lockstep(loop, 1e5)
+    whole = loop.in_lockstep(1e5)
     (scratch / 'parameters.yaml').write_text(whole.to_yaml())
     return list(whole.nodes), scratch / 'parameters.yaml'
 

@@ -65,7 +65,7 @@ def busy(number: int) -> Iterator[None]:
 class Watched(Session):
     """A session that notes how much CPU its processes used while the loop ran."""
 
-    def _watch(self, conductor, elapsed) -> None:
+    def _watch(self, client, elapsed) -> None:
         ended = threading.Event()
         samples: dict[str, list[tuple[float, float]]] = {}
 
@@ -78,7 +78,7 @@ class Watched(Session):
         watcher = threading.Thread(target=look)
         watcher.start()
         try:
-            super()._watch(conductor, elapsed)
+            super()._watch(client, elapsed)
         finally:
             ended.set()
             watcher.join()
@@ -192,19 +192,19 @@ def alone(
 ) -> tuple[dict[str, str], float]:
     """Return what an exosystem says of itself after ``seconds``, and its CPU in cores."""
     os.environ.update(environment)
-    from eventreg_ros.session.client import Conductor
+    from eventreg_ros.session.client import Client
 
     arguments = ['-p', 'rate:=1000.0', '-p', f'precision:={precision}', '--log-level', 'WARN']
     processes = Processes()
     try:
         processes.start('exosystem', node_command('exosystem', arguments), environment)
-        with Conductor(lambda: None) as conductor:
-            conductor.until(lambda: 'step' in conductor.seen('exosystem'), 20.0, lambda: 'no step')
+        with Client(lambda: None) as client:
+            client.until(lambda: 'step' in client.seen('exosystem'), 20.0, lambda: 'no step')
             begun = time.monotonic()
             used = cpu_seconds(processes.running['exosystem'].pid)
-            conductor.wait(seconds)
+            client.wait(seconds)
             used = cpu_seconds(processes.running['exosystem'].pid) - used
-            return conductor.seen('exosystem'), used / (time.monotonic() - begun)
+            return client.seen('exosystem'), used / (time.monotonic() - begun)
     finally:
         processes.stop()
 

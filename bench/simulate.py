@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -22,7 +22,8 @@ import numpy as np
 
 from eventreg_ros import scenario
 from eventreg_ros.simulation.continuous import simulate
-from eventreg_ros.simulation.sampled import Network
+from eventreg_ros.simulation.impairment import Impairment
+from eventreg_ros.simulation.sampled import SampledLoop
 
 T, H = 1000.0, 0.01
 STEPS = round(T / H)
@@ -78,10 +79,9 @@ def scipy_y(method: str, rtol: float, atol: float) -> np.ndarray:
     return solve_ivp(equations, (0.0, T), X0, method, t, rtol=rtol, atol=atol).y[4]
 
 
-def ours(hold: str) -> Network:
+def ours(hold: str) -> SampledLoop:
     """Return the scenario `exact` at h = 0.01 with the given hold."""
-    blocks = scenario.load('exact', [f'/**.rate:={10.0 / H}']).blocks
-    return Network({name: replace(spec, hold=hold) for name, spec in blocks.items()})
+    return SampledLoop(scenario.load('exact').loop.sampled_at(10.0 / H, hold))
 
 
 def c_rows(truth: np.ndarray) -> list[Row]:
@@ -138,13 +138,13 @@ def sampled_rows(truth: np.ndarray) -> list[Row]:
 
 def sampled_y(hold: str, compiled: bool, impairments: dict[str, float]) -> np.ndarray:
     """Return y of our sampled simulation, the network built anew."""
-    return ours(hold).run(T, compiled=compiled, **impairments).signals['y']
+    return ours(hold).run(T, Impairment(**impairments), compiled=compiled).signals['y']
 
 
 def continuous_rows(truth: np.ndarray) -> list[Row]:
     """Time the continuous simulation beside scipy on equations written by hand."""
-    blocks = scenario.load('exact').blocks
-    seconds, y = best(lambda: simulate(blocks, None, T, H).signals['y'], 2)
+    loop = scenario.load('exact').loop
+    seconds, y = best(lambda: simulate(loop, T, H).signals['y'], 2)
     rows = [Row('continuous (DOP853, rtol 1e-10)', seconds, error(y, truth))]
     for method, rtol, atol in (
         ('DOP853', 1e-10, 1e-12),

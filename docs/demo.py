@@ -32,17 +32,17 @@ def record(bag):
     """Run the scenario exact into ``bag``; switch the controller by its lifecycle."""
     with loopback_domain(os.environ) as environment:
         os.environ.update(environment)
-        from eventreg_ros.session.client import ACTIVATE, DEACTIVATE, Conductor
+        from eventreg_ros.session.client import ACTIVATE, DEACTIVATE, Client
 
         command = [sys.executable, '-m', 'eventreg_ros', 'run', 'exact']
         run = subprocess.Popen([*command, '--duration', str(END), '--bag', str(bag)])
-        with Conductor(lambda: None) as conductor:
-            conductor.watch(['w'])
-            conductor.until(lambda: conductor.counts.get('w') == 1, 60.0, lambda: 'no spike of w')
-            conductor.wait(OFF - 3.4)  # w spikes first at model time 34.2, 3.4 s into the run
-            conductor.transition(['controller'], DEACTIVATE)
-            conductor.wait(ON - OFF)
-            conductor.transition(['controller'], ACTIVATE)
+        with Client(lambda: None) as client:
+            client.watch(['w'])
+            client.until(lambda: client.counts.get('w') == 1, 60.0, lambda: 'no spike of w')
+            client.wait(OFF - 3.4)  # w spikes first at model time 34.2, 3.4 s into the run
+            client.transition(['controller'], DEACTIVATE)
+            client.wait(ON - OFF)
+            client.transition(['controller'], ACTIVATE)
             run.wait()
 
 

@@ -13,7 +13,7 @@ All public names of this module are there as ``from eventreg_ros import ...``.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -30,10 +30,12 @@ from .analysis.verdict import Report, Signals, table
 from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
 from .scenario import Scenario
+from .scenario.hint import hint
 from .simulation.continuous import simulate as simulate_continuous
+from .simulation.impairment import Impairment
+from .simulation.loop import Loop
 from .simulation.sampled import simulate_sampled
 from .simulation.trajectory import Array, Trajectory
-from .simulation.wiring import common_grid
 from .theory.certificates import Certificate
 from .theory.certify import certify
 
@@ -130,32 +132,40 @@ def simulate(
     loss: float = 0.0,
     jitter: float = 0.0,
     seed: int = 0,
+    on: Collection[str] | None = None,
 ) -> Run:
     """Simulate a scenario (or the one of that name) over ``duration`` of model time.
 
     As one continuous system, or ``sampled``: sample by sample as the nodes do it in lockstep, each
-    link with ``delay`` and ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``.
+    link with ``delay`` and ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``;
+    ``on`` names the signals whose links are impaired (None: all).
     Raises EventregError when the loop cannot be simulated or the state stops being finite.
     """
     scenario = _loaded(scenario)
-    if not sampled and (delay or loss or jitter or seed):
+    if not sampled and (delay or loss or jitter or seed or on):
         raise EventregError(
-            f'delay, loss, jitter and seed belong to a sampled simulation, got '
-            f'{delay:g}, {loss:g}, {jitter:g} and {seed}; add sampled=True'
+            f'delay, loss, jitter, seed and on belong to a sampled simulation, got '
+            f'{delay:g}, {loss:g}, {jitter:g}, {seed} and {on}; add sampled=True'
         )
-    blocks, stimulus, v = scenario.loop
+    loop = scenario.loop
     if sampled:
-        found = simulate_sampled(
-            blocks, stimulus, duration, stimulus_output=v,
-            delay=delay, loss=loss, jitter=jitter, seed=seed,
-        )  # fmt: skip
+        links = None if on is None else frozenset(on)
+        impairment = Impairment(delay, loss, jitter, seed, _need_linked(loop, links))
+        found = simulate_sampled(loop, duration, impairment)
         return Run(scenario, found.t, found.signals, found)
-    time_scale, rate = common_grid(blocks)
+    time_scale, rate = loop.grid
     every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
-    fine = {name: replace(spec, rate=every * spec.rate) for name, spec in blocks.items()}
-    found = simulate_continuous(fine, stimulus, duration, stimulus_output=v)
+    found = simulate_continuous(loop.sampled_at(every * rate), duration)
     coarse = {name: x[::every] for name, x in found.signals.items()}
     return Run(scenario, found.t[::every], coarse, found)
+
+
+def _need_linked(loop: Loop, on: frozenset[str] | None) -> frozenset[str] | None:
+    """Return ``on``. Raises EventregError when it names a signal that no block listens to."""
+    linked = {signal for _, signal in loop.links}
+    for signal in sorted((on or frozenset()) - linked):
+        raise EventregError(f'on: no block listens to {signal!r}{hint(signal, linked)}')
+    return on
 
 
 def events(
@@ -258,7 +268,7 @@ def certificates(scenario: Scenario | str) -> list[Certificate]:
 
     What ``eventreg certify`` prints; the measured Lyapunov exponents take a second or two.
     """
-    return certify(_loaded(scenario))
+    return certify(_loaded(scenario).loop)
 
 
 def _loaded(scenario: Scenario | str) -> Scenario:

@@ -1,4 +1,6 @@
-"""The errors that a user can mend: one line each, with where, what rule, what value, what to do."""
+"""The errors that a user can fix: one line each, with where, what rule, what value, what to do."""
+
+import reprlib
 
 
 class EventregError(Exception):
@@ -13,8 +15,21 @@ class ScenarioError(EventregError, ValueError):
     """A scenario file cannot be found, read, or understood."""
 
 
+class ModelError(EventregError, LookupError):
+    """A model is not there, or the package that offers it is broken."""
+
+
 class BagError(EventregError, ValueError):
     """A bag cannot be read, or does not hold what the question needs."""
+
+
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 80, 80
+
+
+def shown(value: object) -> str:
+    """Return ``value`` as an error shows it: its repr, cut to a few entries and characters."""
+    return _SHORT.repr(value)
 
 
 def ros_is_missing(who: str, error: ImportError) -> str:

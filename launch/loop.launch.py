@@ -12,8 +12,6 @@ from launch_ros.actions import Node
 
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.errors import EventregError
-from eventreg_ros.scenario.links import with_links
-from eventreg_ros.scenario.parameters import kind_of
 
 ARGUMENTS = (
     DeclareLaunchArgument(
@@ -41,47 +39,54 @@ def start(context):
     def value(name):
         return LaunchConfiguration(name).perform(context)
 
-    try:
-        scenario = with_links(scenarios.load(value('scenario')), value('link').split())
-    except EventregError as error:
-        raise RuntimeError(str(error)) from None
     scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
-    text = scenario.to_yaml()
-    nodes = {name: dict(values) for name, values in scenario.given.items()}
-    if value('record').lower() in ('true', '1', 'yes', 'on'):
-        nodes['recorder'] = {
-            'signals': list(scenario.publishers),
-            **nodes.get('recorder', {}),
-            'path': value('bag'),
-            'scenario': str(stored(scratch / 'scenario' / f'{scenario.name}.yaml', text)),
-            'scenario_name': scenario.name,
-        }
+    try:
+        scenario = scenarios.load(value('scenario')).with_links(value('link').split())
+        if value('params_file'):
+            scenario = merged(scenario, Path(value('params_file')), value('namespace'))
+        if value('record').lower() in ('true', '1', 'yes', 'on'):
+            text = stored(scratch / 'scenario' / f'{scenario.name}.yaml', scenario.to_yaml())
+            scenario = scenario.with_recorder(value('bag'), str(text), monitor=False)
+    except EventregError as error:
+        shutil.rmtree(scratch, ignore_errors=True)
+        raise RuntimeError(str(error)) from None
     # Not as a dictionary: launch would write the signal y unquoted, and ROS reads that as true.
-    text = scenarios.Scenario(scenario.name, {}, nodes).to_yaml(anywhere=True)
-    file = str(stored(scratch / 'parameters.yaml', text))
-    later = [value('params_file')] if value('params_file') else []
+    file = str(stored(scratch / 'parameters.yaml', scenario.to_yaml(anywhere=True)))
     return [
         RegisterEventHandler(
             OnShutdown(on_shutdown=lambda *_: shutil.rmtree(scratch, ignore_errors=True))
         ),
-        LogInfo(msg=f'scenario {scenario.name}: {", ".join(nodes)}'),
-        *(
-            Node(
-                package='eventreg_ros',
-                executable=kind_of(name),
-                name=name,
-                namespace=value('namespace'),
-                output='screen',
-                parameters=[file, *later],
-            )
-            for name in nodes
-        ),
+        LogInfo(msg=f'scenario {scenario.name}: {", ".join(scenario.nodes)}'),
+        *(node_of(scenario, name, value('namespace'), file) for name in scenario.nodes),
     ]
+
+
+def node_of(scenario, name, namespace, file):
+    """Return the action that starts one node of the scenario with the parameters in ``file``."""
+    values, parts = scenario.nodes[name], scenario.name_of(name)
+    foreign = name in scenario.foreign
+    return Node(
+        package=values['package'] if foreign else 'eventreg_ros',
+        executable=values['executable'] if foreign else parts.kind,
+        name=parts.name,
+        namespace='/'.join(filter(None, (namespace, parts.namespace))),
+        output='screen',
+        parameters=[file],
+    )
+
+
+def merged(scenario, path, namespace):
+    """Return the scenario with what a parameter file says of its nodes, in their namespace."""
+    try:
+        text = path.read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise RuntimeError(f'params_file {path} must be a readable text file: {error}') from None
+    return scenarios.with_file(scenario, text, path.name, namespace)
 
 
 def stored(path, text):
     """Write ``text`` to ``path`` and return it."""
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding='utf-8')
     return path
 

@@ -11,6 +11,7 @@ from eventreg_ros.analysis.events import detect
 from eventreg_ros.cli.main import main
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.simulation.continuous import simulate as continuous
+from eventreg_ros.simulation.impairment import Impairment
 from eventreg_ros.simulation.sampled import simulate_sampled
 from eventreg_ros.theory.certify import certify
 
@@ -62,10 +63,10 @@ def test_the_report_is_that_of_the_command(tmp_path, more, capsys):
 
 
 def test_a_continuous_run_is_on_the_grid_of_the_nodes(exact):
-    blocks = load('exact').blocks
-    direct = continuous(blocks, None, 200.0)
+    loop = load('exact').loop
+    direct = continuous(loop, 200.0)
     np.testing.assert_allclose(exact.t, direct.t, rtol=0.0, atol=1e-12)
-    assert exact.t[1] == pytest.approx(blocks['plant'].h)
+    assert exact.t[1] == pytest.approx(loop.blocks['plant'].h)
     for name, x in direct.signals.items():
         np.testing.assert_allclose(exact[name], x, rtol=0.0, atol=1e-9)
 
@@ -73,7 +74,7 @@ def test_a_continuous_run_is_on_the_grid_of_the_nodes(exact):
 def test_a_sampled_run_is_the_sampled_simulation_to_the_bit():
     scenario = load('open')
     run = simulate(scenario, 100.0, sampled=True, jitter=0.2, seed=1)
-    direct = simulate_sampled(scenario.blocks, scenario.stimulus, 100.0, jitter=0.2, seed=1)
+    direct = simulate_sampled(scenario.loop, 100.0, Impairment(jitter=0.2, seed=1))
     assert list(run.signals) == list(direct.signals)
     for name, x in direct.signals.items():
         np.testing.assert_array_equal(run[name], x)
@@ -115,7 +116,7 @@ def test_the_stimulus_goes_by_the_name_that_the_scenario_gives_it():
 
 
 def test_certificates_are_those_of_certify():
-    assert certificates('linear') == certify(load('linear'))
+    assert certificates('linear') == certify(load('linear').loop)
 
 
 def test_bad_input_raises_what_the_commands_report():

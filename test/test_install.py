@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from eventreg_ros import __version__
-from eventreg_ros.scenario.parameters import NODES
+from eventreg_ros.scenario.names import KINDS as NODES
 
 ROOT = Path(__file__).resolve().parent.parent
 

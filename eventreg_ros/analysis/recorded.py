@@ -11,7 +11,7 @@ from .. import scenario as scenarios
 from ..bags.reader import Recording, read_bag
 from ..errors import BagError
 from ..scenario import Scenario
-from ..scenario.parameters import TIME_SCALE
+from ..scenario.table import TIME_SCALE
 from .criteria import SETTLE, WINDOW
 from .export import to_dataframe, to_xarray
 from .timing import timing

@@ -10,7 +10,7 @@ from ..analysis.criteria import Criteria
 from ..analysis.noise import table as noise_table
 from ..analysis.recorded import analyze
 from ..analysis.verdict import EXIT_CODES, Report, table
-from ..scenario.parameters import TIME_SCALE
+from ..scenario.table import TIME_SCALE
 from .arguments import add_json, add_window, need_writable, write_json, write_text
 
 

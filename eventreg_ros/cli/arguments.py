@@ -15,6 +15,7 @@ from .. import scenario as scenarios
 from ..analysis.criteria import SETTLE, WINDOW
 from ..errors import EventregError
 from ..scenario import Scenario
+from ..scenario.links import OPTIONS
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +30,15 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def load_scenario(args: argparse.Namespace, implicit: Collection[str] = ()) -> Scenario:
     """Read the scenario that :func:`add_scenario` asked for; see :func:`.scenario.load`."""
     return scenarios.load(args.scenario, args.overrides, implicit)
+
+
+def add_link(parser: argparse.ArgumentParser) -> None:
+    """Add --link."""
+    parser.add_argument(
+        '--link', action='append', default=[], dest='links', metavar='SIGNAL:NAME=VALUE,...',
+        help='put a link on a signal, before all blocks that listen to it; of '
+        + ', '.join(OPTIONS) + ' (seconds, probabilities); may be repeated',
+    )  # fmt: skip
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

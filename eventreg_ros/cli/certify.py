@@ -60,7 +60,7 @@ def main(args: argparse.Namespace) -> int:
 
     scenario = load_scenario(args)
     time = TIME if args.time is None else args.time
-    certificates = certify(scenario, time)
+    certificates = certify(scenario.loop, time)
     write_json(
         args.json,
         {

@@ -10,11 +10,11 @@ from ..analysis.recorded import analyze
 from ..analysis.verdict import EXIT_CODES, table
 from ..errors import EventregError, ros_is_missing
 from ..scenario import Scenario
-from ..scenario.links import add_link, with_links
 from ..session.session import Session
 from . import live_timing
 from .arguments import (
     add_json,
+    add_link,
     add_scenario,
     add_window,
     load_scenario,
@@ -85,7 +85,7 @@ def main(args: argparse.Namespace) -> int:
 def scenario_of(args: argparse.Namespace) -> Scenario:
     """Return the scenario, with its links; -p may name the nodes that ``run`` adds to it."""
     implicit = ('spike_monitor', 'recorder', *(('clock',) if args.lockstep else ()))
-    return with_links(load_scenario(args, implicit), args.links)
+    return load_scenario(args, implicit).with_links(args.links)
 
 
 def chosen_path(scenario: Scenario) -> Path:
@@ -110,6 +110,6 @@ def check(scenario: Scenario, bag: Path, json: Path | None) -> None:
 def need_rclpy() -> None:
     """Raise EventregError when there is no ROS."""
     try:
-        from ..session import client as conductor  # noqa: F401
+        from ..session import client  # noqa: F401
     except ImportError as error:
         raise EventregError(ros_is_missing('run', error)) from None

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..api import Run
     from ..scenario import Scenario
 
-IMPAIRMENTS = ('delay', 'loss', 'jitter', 'seed')
+IMPAIRMENTS = ('delay', 'loss', 'jitter', 'seed', 'on')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--seed', type=whole(0), metavar='N', help='of loss and jitter (0); --sampled'
     )
+    parser.add_argument(
+        '--on', type=_names, metavar='SIGNAL,...',
+        help='the signals whose links are impaired (all); --sampled',
+    )  # fmt: skip
     parser.add_argument(
         '--out', type=Path, metavar='F', help='write the signals: .npz, .csv, .parquet'
     )
@@ -121,6 +125,13 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
         signals = {name: (stamps, x) for name, x in run.signals.items()}
         write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
     write_json(args.json, report)
+
+
+def _names(text: str) -> list[str]:
+    names = [name for name in text.split(',') if name]
+    if not names:
+        raise argparse.ArgumentTypeError(f'must name signals (y,u), got {text!r}')
+    return names
 
 
 def _probability(text: str) -> float:

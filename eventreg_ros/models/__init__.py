@@ -1,24 +1,27 @@
-"""What the paper says: the models as pure functions, the roles they play, and the theory."""
+"""What the paper says: the models as pure functions, the roles they play, the table of models."""
 
+from .catalogue import default_x0, model_names, model_of
 from .linear import HARMONIC, INTERNAL_MODEL, LAG
-from .model import Model, Params, State
+from .model import Model, ModelParameter, Params, State, first_state
 from .neuron import FOLD, NEURON, OSCILLATOR
-from .roles import MODEL_NAMES, ROLES, SIGNALS, Role, default_x0, model_of
+from .roles import ROLES, SIGNALS, Role
 
 __all__ = [
     'FOLD',
     'HARMONIC',
     'INTERNAL_MODEL',
     'LAG',
-    'MODEL_NAMES',
     'NEURON',
     'OSCILLATOR',
     'ROLES',
     'SIGNALS',
     'Model',
+    'ModelParameter',
     'Params',
     'Role',
     'State',
     'default_x0',
+    'first_state',
+    'model_names',
     'model_of',
 ]

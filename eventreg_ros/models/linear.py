@@ -2,7 +2,23 @@
 
 from __future__ import annotations
 
-from .model import Model, Params, State, first_state
+from typing import NamedTuple
+
+from .model import Model, ModelParameter, Params, State, first_state
+
+
+class Gains(NamedTuple):
+    """The gains of the linear controller: k_y and the two entries of K_eta (eq. s.linear)."""
+
+    k_y: float
+    k_1: float
+    k_2: float
+
+
+GAINS = (
+    ModelParameter('k_y', "direct gain from y in the linear controller's output", live=False),
+    ModelParameter('gain', "K_eta of the linear controller's output", length=2),
+)
 
 
 def harmonic_rhs(x: State, drive: float, p: Params) -> State:
@@ -22,7 +38,7 @@ def internal_model_rhs(x: State, drive: float, p: Params) -> State:
 
 def internal_model_output(x: State, drive: float, p: Params) -> float:
     """Return u = k_y y + K_eta x_eta (eq. s.linear, second line)."""
-    return p[2] * drive + p[3] * x[0] + p[4] * x[1]
+    return p[0] * drive + p[1] * x[0] + p[2] * x[1]
 
 
 def harmonic_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
@@ -40,13 +56,18 @@ def internal_model_jacobian(x: State, drive: float, p: Params) -> tuple[State, .
     return ((0.0, 1.0, 1.0), (-1.0, 0.0, 0.0))
 
 
-HARMONIC = Model('harmonic', 2, harmonic_rhs, first_state, jacobian=harmonic_jacobian)
-LAG = Model('lag', 1, lag_rhs, first_state, jacobian=lag_jacobian)
+HARMONIC = Model(
+    'harmonic', 2, harmonic_rhs, first_state, jacobian=harmonic_jacobian, x0=(1.0, 0.0)
+)
+LAG = Model('lag', 1, lag_rhs, first_state, jacobian=lag_jacobian, x0=(0.0,))
 INTERNAL_MODEL = Model(
     'internal_model',
     2,
     internal_model_rhs,
     internal_model_output,
+    GAINS,
+    Gains,
     feedthrough=True,
     jacobian=internal_model_jacobian,
+    x0=(0.0, 0.0),
 )

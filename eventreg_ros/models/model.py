@@ -1,4 +1,4 @@
-"""What a model is: a right-hand side, an output and a dimension, all pure.
+"""What a model is: a right-hand side, an output, a dimension and parameters, all pure.
 
 One order of arguments everywhere: ``rhs(x, drive, p)`` and ``output(x, drive, p)``.
 
@@ -7,7 +7,7 @@ One order of arguments everywhere: ``rhs(x, drive, p)`` and ``output(x, drive, p
 ``drive``
     the sum of the signed inputs, sigma_1 z_1 + sigma_2 z_2 + ..., one float.
 ``p``
-    the parameters, always the five floats of :data:`PARAMETERS`; a model reads those it has.
+    the parameters, a tuple of floats in the order of :attr:`Model.parameters`.
 
 Everything is scalars and tuples, in and out, so that the same functions run as plain Python in the
 nodes and compiled by numba in the sweeps.
@@ -15,34 +15,75 @@ nodes and compiled by numba in the sweeps.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 State = tuple[float, ...]
-Params = tuple[float, float, float, float, float]
+Params = tuple[float, ...]
 Rhs = Callable[[State, float, Params], State]
 Output = Callable[[State, float, Params], float]
 Jacobian = Callable[[State, float, Params], tuple[State, ...]]
 
-PARAMETERS = ('k', 'tau', 'k_y', 'gain_1', 'gain_2')
-"""The five floats of ``p``: conductance, time constant, and the linear controller's gains."""
+
+@dataclass(frozen=True)
+class ModelParameter:
+    """One parameter of a model; it becomes a ROS parameter of the block and a scenario key.
+
+    ``low`` is the least value allowed, or the bound that it must exceed when ``open_low``;
+    ``length`` makes it a list of so many numbers; ``live`` says whether it may be set while the
+    node runs. ``unit`` is for readers: values are never converted. k, tau, gain and k_y exist in
+    every block; a model that names one of them reads that one, with the default of the role unless
+    ``default`` says otherwise.
+    """
+
+    name: str
+    doc: str
+    default: float | tuple[float, ...] | None = None
+    unit: str = ''
+    low: float | None = None
+    open_low: bool = False
+    high: float | None = None
+    length: int | None = None
+    live: bool = True
+
+
+def free(x: State, p: Params) -> State:
+    """Return ``x`` as it is: no bounds."""
+    return x
 
 
 @dataclass(frozen=True)
 class Model:
     """A dynamical system with one scalar input and one scalar output.
 
-    ``feedthrough`` says that the output depends on the drive of the same instant.
-    ``jacobian(x, drive, p)`` is the derivative of ``rhs``, one row per state: by each state, and in
-    the last column by the drive. ``output`` is linear in (x, drive): it is its own derivative.
+    ``parameters`` are packed into ``p`` in their order, lists element by element, by ``pack``, a
+    NamedTuple's class say. ``feedthrough`` says that the output depends on the drive of the same
+    instant. ``jacobian(x, drive, p)`` is the derivative of ``rhs``, one row per state: by each
+    state, and in the last column by the drive; without it ``eventreg certify`` cannot measure
+    exponents. ``output`` must be linear in (x, drive): it is its own derivative. ``x0`` is the
+    initial state where none is given; None takes the role's. ``confine(x, p)`` brings a state back
+    within its bounds after each step.
     """
 
     name: str
     dimension: int
     rhs: Rhs
     output: Output
+    parameters: tuple[ModelParameter, ...] = ()
+    pack: Callable[..., Params] | None = None
     feedthrough: bool = False
     jacobian: Jacobian | None = None
+    x0: State | None = None
+    confine: Callable[[State, Params], State] = free
+
+    def params(self, values: Mapping[str, Any]) -> Params:
+        """Return ``p`` from values by parameter name. Raises KeyError when one is missing."""
+        numbers: list[float] = []
+        for parameter in self.parameters:
+            value = values[parameter.name]
+            numbers += map(float, value if parameter.length is not None else [value])
+        return self.pack(*numbers) if self.pack is not None else tuple(numbers)
 
 
 def first_state(x: State, drive: float, p: Params) -> float:

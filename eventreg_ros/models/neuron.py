@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
-from .model import Model, Params, State, first_state
+from typing import NamedTuple
+
+from .model import Model, ModelParameter, Params, State, first_state
 
 FOLD = 1.0
 """The fold of the cubic nullcline x - x^3/3: beyond it a neuron is on its way into a spike."""
+
+
+class NeuronParams(NamedTuple):
+    """Conductance and time constant of a neuron, or of both neurons of an oscillator."""
+
+    k: float
+    tau: float
+
+
+PARAMETERS = (
+    ModelParameter('k', 'synaptic conductance; 0: uncoupled', low=0.0),
+    ModelParameter('tau', 'time constant of the recovery', low=0.0, open_low=True),
+)
 
 
 def neuron_rhs(x: State, drive: float, p: Params) -> State:
@@ -52,5 +67,15 @@ def oscillator_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
     )
 
 
-NEURON = Model('neuron', 2, neuron_rhs, first_state, jacobian=neuron_jacobian)
-OSCILLATOR = Model('oscillator', 4, oscillator_rhs, first_state, jacobian=oscillator_jacobian)
+NEURON = Model(
+    'neuron', 2, neuron_rhs, first_state, PARAMETERS, NeuronParams, jacobian=neuron_jacobian
+)
+OSCILLATOR = Model(
+    'oscillator',
+    4,
+    oscillator_rhs,
+    first_state,
+    PARAMETERS,
+    NeuronParams,
+    jacobian=oscillator_jacobian,
+)

@@ -12,11 +12,13 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, UInt64
 from std_srvs.srv import Trigger
 
-from ..runtime.tick_grid import TickGrid
+from ..runtime.figures import STEP
+from ..runtime.reached import signed_by
+from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario.parameter import ACTIVE
 from . import topics
 from .lockstep import WATCH, Standstill
-from .managed import OK, WARN, ManagedNode
+from .managed import OK, WARN, ManagedNode, Status
 from .ros import run_node
 
 Service = Callable[[], str | None]
@@ -45,49 +47,26 @@ class ClockNode(ManagedNode):
         """Create the topics and the services pause, resume and step."""
         self.grid = TickGrid(self.values['rate'])
         self.reached = {self._full(name): -1 for name in self.values['participants']}
-        self.watchdog = self.steady_timer(WATCH, self._watch)
+        self.steady_timer(WATCH, self._watch)
         self.time_publisher = self.publisher_of(topics.CLOCK)
         self.grant_publisher = self.publisher_of(topics.GRANT)
-        self.subscription = self.subscription_of(topics.ALL_REACHED, self._on_reached)
-        self.own_services = [
-            self.create_service(Trigger, f'~/{name}', self._while_active(work))
-            for name, work in (
-                ('pause', self._pause),
-                ('resume', self._resume),
-                ('step', self._step),
-            )
-        ]
-
-    def shut(self) -> None:
-        """Destroy them."""
-        if hasattr(self, 'subscription'):
-            self.destroy_timer(self.watchdog)
-            self.destroy_subscription(self.subscription)
-            self.destroy_publisher(self.time_publisher)
-            self.destroy_publisher(self.grant_publisher)
-            for service in self.own_services:
-                self.destroy_service(service)
-            del self.subscription
+        self.subscription_of(topics.ALL_REACHED, self._on_reached)
+        services = {'pause': self._pause, 'resume': self._resume, 'step': self._step}
+        for name, work in services.items():
+            self.service_of(Trigger, f'~/{name}', self._while_active(work))
 
     def begin(self) -> None:
         """Start at step 0, granting nothing before every participant is there."""
-        self.granted = self.told = -1
+        self.granted = self.announced = -1
         self._standstill = Standstill()
-        self._tell_at = 0.0
+        self._announce_at = 0.0
         self.paused = False
         self.allowance = 0
         self._paced_from = max(self.now_at, 0)
         self._begun = time.monotonic()
-        self._wall = self._look_at_wall()
-        self._move()
-
-    def _look_at_wall(self) -> Any:
         paced = self.values['real_time_factor'] or not self.reached
-        return self.steady_timer(TICK if paced else IDLE, self._move)
-
-    def end(self) -> None:
-        """Grant nothing more."""
-        self.destroy_timer(self._wall)
+        self._wall = self.steady_timer(TICK if paced else IDLE, self._move)
+        self._move()
 
     def changed(self) -> None:
         """Pace from here on with the new real_time_factor."""
@@ -99,12 +78,19 @@ class ClockNode(ManagedNode):
         return name if name.startswith('/') else f'{namespace}/{name}'
 
     def _on_reached(self, message: Header) -> None:
-        stamp = message.stamp.sec * 1_000_000_000 + message.stamp.nanosec
-        if message.frame_id in self.reached:
-            n = self.grid.index(stamp)
-            self.reached[message.frame_id] = max(n, self.reached[message.frame_id])
-            if self.stage == ACTIVE:
-                self._move()
+        stamp = message.stamp.sec * SECOND + message.stamp.nanosec
+        name, rate = signed_by(message.frame_id)
+        if name not in self.reached:
+            return
+        if rate != self.values['rate'] and self.stage == ACTIVE and self.fault is None:
+            self.fail(
+                f'lockstep stopped: {name} has rate {rate}, the clock {self.values["rate"]:g}; '
+                'give all nodes the same rate'
+            )
+            return
+        self.reached[name] = max(self.grid.index(stamp), self.reached[name])
+        if self.stage == ACTIVE:
+            self._move()
 
     @property
     def now_at(self) -> int:
@@ -121,8 +107,8 @@ class ClockNode(ManagedNode):
             self.granted = may
             self.send(self.grant_publisher, UInt64(data=may))
         at, wall = self.now_at, time.monotonic()
-        if at > self.told and (wall >= self._tell_at or at == self.granted):
-            self.told, self._tell_at = at, wall + BETWEEN
+        if at > self.announced and (wall >= self._announce_at or at == self.granted):
+            self.announced, self._announce_at = at, wall + BETWEEN
             now = Time(nanoseconds=self.grid.stamp(at)).to_msg()
             self.send(self.time_publisher, Clock(clock=now))
 
@@ -133,7 +119,7 @@ class ClockNode(ManagedNode):
         limit = self.values['lockstep_timeout'] + PATIENCE
         still = self._standstill.look((self.now_at, self.granted))
         if self.now_at >= 0 and still >= limit:
-            self.break_off(
+            self.fail(
                 f'lockstep stopped: {", ".join(self.behind())} made no step beyond {self.now_at} '
                 f'for {limit:g} s though {self.granted} are granted; look whether it still runs'
             )
@@ -159,8 +145,9 @@ class ClockNode(ManagedNode):
     def _restart_pace(self) -> None:
         self._paced_from = max(self.granted, 0)
         self._begun = time.monotonic()
-        self.destroy_timer(self._wall)
-        self._wall = self._look_at_wall()
+        paced = self.values['real_time_factor'] or not self.reached
+        self._wall.timer_period_ns = round((TICK if paced else IDLE) * SECOND)
+        self._wall.reset()
         self._move()
 
     def _while_active(self, work: Service) -> Callable[[Trigger.Request, Any], Trigger.Response]:
@@ -197,14 +184,14 @@ class ClockNode(ManagedNode):
         self._move()
         return None
 
-    def report(self) -> tuple[bytes, str, dict[str, object]]:
+    def report(self) -> Status:
         """Return the step, the grant, and who is behind; WARN while somebody is not there yet."""
         at = self.now_at
-        values: dict[str, object] = {'step': at, 'granted': self.granted}
+        values: dict[str, object] = {STEP: at, 'granted': self.granted}
         values['waiting_for'] = ' '.join(self.behind())
         if at < 0 and self.reached:
-            return WARN, f'waiting for {", ".join(self.behind())}', values
-        return OK, 'paused' if self.paused else 'running', values
+            return Status(WARN, f'waiting for {", ".join(self.behind())}', values)
+        return Status(OK, 'paused' if self.paused else 'running', values)
 
 
 def main() -> int:

@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.utilities import remove_ros_args
 
 from ..models.roles import ROLES
-from ..scenario.parameters import NODES, kind_of
+from ..scenario.names import KINDS, kind_of
 from .block import BlockNode
 from .clock import ClockNode
 from .link import LinkNode
@@ -19,6 +19,7 @@ from .recorder import Recorder
 from .ros import run_nodes
 from .spike_monitor import SpikeMonitor
 from .stimulus import StimulusNode
+from .topics import SHARED
 
 CLASSES: dict[str, type[ManagedNode]] = {
     'stimulus': StimulusNode,
@@ -29,11 +30,17 @@ CLASSES: dict[str, type[ManagedNode]] = {
 }
 
 
-def make(kind: str, **kwargs: Any) -> ManagedNode:
-    """Create the node that ``ros2 run eventreg_ros KIND`` would; a link may be called link_NAME."""
-    name, kind = kind, kind_of(kind)
-    if name != kind:
-        kwargs['cli_args'] = ['--ros-args', '-r', f'__node:={name}', *kwargs.get('cli_args', ())]
+def make(node: str, **kwargs: Any) -> ManagedNode:
+    """Create the node that is called ``node``, which may have a suffix and a namespace."""
+    namespace, _, name = node.rpartition('/')
+    kind = kind_of(name)
+    assert kind is not None, node
+    rules = [f'__node:={name}'] if name != kind else []
+    if namespace:
+        rules += [f'__ns:=/{namespace}', *SHARED]
+    if rules:
+        arguments = [word for rule in rules for word in ('-r', rule)]
+        kwargs['cli_args'] = ['--ros-args', *arguments, *kwargs.get('cli_args', ())]
     return BlockNode(kind, **kwargs) if kind in ROLES else CLASSES[kind](**kwargs)
 
 
@@ -41,8 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the nodes named on the command line: python -m eventreg_ros.nodes.composed plant ..."""
     argv = list(sys.argv if argv is None else argv)
     kinds = remove_ros_args(argv)[1:]
-    if not kinds or not {kind_of(kind) for kind in kinds} <= set(NODES):
-        print(f'composed: name nodes among {", ".join(NODES)}, got {kinds}', file=sys.stderr)
+    if not kinds or None in map(kind_of, kinds):
+        print(f'composed: name nodes among {", ".join(KINDS)}, got {kinds}', file=sys.stderr)
         return 2
     return run_nodes([partial(make, kind) for kind in kinds], argv)
 

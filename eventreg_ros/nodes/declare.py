@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.parameter import Parameter as RosParameter
 
+from ..scenario.hint import hint
 from ..scenario.parameter import ACTIVE, Parameter
-from ..scenario.parameters import NODES, hint, is_ros_parameter, resolve
+from ..scenario.parameters import all_parameters, is_ros_parameter
 
 TYPES = {
     'bool': RosParameter.Type.BOOL,
@@ -21,37 +22,38 @@ TYPES = {
     'string[]': RosParameter.Type.STRING_ARRAY,
 }
 
+Table = Mapping[str, Parameter]
 
-def declare(node: Any, kind: str) -> dict[str, Any]:
-    """Check what the command line and files gave to ``node``, declare all parameters of ``kind``.
 
-    Returns the checked values. Raises ParameterError.
-    """
-    table = {parameter.name: parameter for parameter in NODES[kind]}
-    given = {}
+def given_to(node: Any) -> dict[str, Any]:
+    """Return what the command line and files gave to ``node``, None for an empty list."""
     # rclpy offers no public way to look at what was given before declaring it, and declaring
     # first would refuse the whole number that is meant as a double.
-    for name, override in node._parameter_overrides.items():
+    return {name: override.value for name, override in node._parameter_overrides.items()}
+
+
+def fitted(node: Any, table: Table, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what was given of the parameters in ``table``; warn of what no node knows."""
+    found = {}
+    for name, value in given.items():
         if name in table:
             # An empty list has no type in ROS's parameter files; it reaches us as None.
-            empty = override.value is None and table[name].type.endswith('[]')
-            given[name] = [] if empty else override.value
-        elif not is_ros_parameter(name):
-            _tell_unknown(node, kind, name)
-    values = resolve(kind, given)
+            empty = value is None and table[name].type.endswith('[]')
+            found[name] = [] if empty else value
+        elif not (is_ros_parameter(name) or name in all_parameters()):
+            node.get_logger().warning(
+                f'{node.label} has no parameter {name!r}{hint(name, table)}; ignored'
+            )
+    return found
+
+
+def declare(node: Any, table: Table, values: Mapping[str, Any]) -> None:
+    """Declare those parameters of ``table`` to ROS that ``node`` has not, with their values."""
     for name, parameter in table.items():
-        node.declare_parameter(
-            name, TYPES[parameter.type], descriptor(parameter), ignore_override=True
-        )
-        node.set_parameters([RosParameter(name, TYPES[parameter.type], values[name])])
-    return values
-
-
-def _tell_unknown(node: Any, kind: str, name: str) -> None:
-    """Warn of a parameter that no node knows: a typing error would otherwise go unseen."""
-    if not any(name == parameter.name for table in NODES.values() for parameter in table):
-        known = {parameter.name: None for parameter in NODES[kind]}
-        node.get_logger().warning(f'{kind} has no parameter {name!r}{hint(name, known)}; ignored')
+        if not node.has_parameter(name):
+            kind = TYPES[parameter.type]
+            node.declare_parameter(name, kind, descriptor(parameter), ignore_override=True)
+            node.set_parameters([RosParameter(name, kind, values[name])])
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -78,15 +80,14 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     return result
 
 
-def widen(kind: str, changes: Iterable[RosParameter]) -> list[RosParameter]:
-    """Return ``changes`` with whole numbers made doubles where ``kind`` means a double."""
-    types = {parameter.name: parameter.type for parameter in NODES[kind]}
-    widened = []
+def widened(table: Table, changes: Iterable[RosParameter]) -> list[RosParameter]:
+    """Return ``changes`` with whole numbers made doubles where ``table`` means a double."""
+    found = []
     for change in changes:
-        wanted = types.get(change.name)
+        wanted = table[change.name].type if change.name in table else None
         if wanted == 'double' and change.type_ == RosParameter.Type.INTEGER:
             change = RosParameter(change.name, TYPES[wanted], float(change.value))
         elif wanted == 'double[]' and change.type_ == RosParameter.Type.INTEGER_ARRAY:
             change = RosParameter(change.name, TYPES[wanted], [float(v) for v in change.value])
-        widened.append(change)
-    return widened
+        found.append(change)
+    return found

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..errors import ros_is_missing
-from ..scenario.parameters import NODES
+from ..scenario.names import KINDS
 
 
 def run(node: str) -> int:
@@ -22,6 +22,6 @@ def run(node: str) -> int:
 
 
 def __getattr__(name: str) -> Callable[[], int]:
-    if name in NODES:
+    if name in KINDS:
         return partial(run, name)
     raise AttributeError(name)

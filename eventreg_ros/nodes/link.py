@@ -10,7 +10,7 @@ from typing import Any
 from ..runtime.relay import Impairment, Relay
 from ..runtime.tick_grid import SECOND
 from .info import received_at
-from .managed import OK, ManagedNode
+from .managed import OK, ManagedNode, Status
 from .ros import run_node
 from .topics import SIGNAL
 
@@ -33,23 +33,11 @@ class LinkNode(ManagedNode):
         self.publisher = self.advertise(SIGNAL, self.values['output'])
         self.subscribe(SIGNAL, self.values['input'], self._receive)
 
-    def shut(self) -> None:
-        """Destroy them."""
-        self.unsubscribe()
-        if hasattr(self, 'publisher'):
-            self.destroy_lifecycle_publisher(self.publisher)
-            del self.publisher
-
     def begin(self) -> None:
-        """Relay from now on; the random numbers begin anew."""
+        """Relay from now on, with new random numbers. What is in flight at the end is lost."""
         self._new_wire()
         self._alarm = self.steady_timer(1.0, self._deliver)
         self._alarm.cancel()
-
-    def end(self) -> None:
-        """Fall silent; what is in flight is lost."""
-        self._alarm.cancel()
-        self.destroy_timer(self._alarm)
 
     def changed(self) -> None:
         """Take over the impairment for the samples to come; a new seed begins anew."""
@@ -88,7 +76,7 @@ class LinkNode(ManagedNode):
             self._alarm.timer_period_ns = max(due_next - time.monotonic_ns(), SOONEST)
             self._alarm.reset()
 
-    def report(self) -> tuple[bytes, str, dict[str, object]]:
+    def report(self) -> Status:
         """Return the counts since activation, and delay and error since the last report."""
         wire = self.wire
         values: dict[str, object] = {
@@ -104,14 +92,7 @@ class LinkNode(ManagedNode):
             for part in (50, 99):
                 values[f'{name}_p{part}'] = percentile(times, part)
             times.clear()
-        return OK, 'relaying', values
-
-    def matches(self) -> dict[str, int]:
-        """Return the number of publishers of the input and of subscribers of the output."""
-        if not hasattr(self, 'publisher'):
-            return {}
-        count = self.publisher.get_subscription_count()
-        return {**super().matches(), f'{self.values["output"]}.subscribers': count}
+        return Status(OK, 'relaying', values)
 
 
 def impairment(values: dict[str, Any]) -> Impairment:

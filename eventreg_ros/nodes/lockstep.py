@@ -1,29 +1,29 @@
 """Lockstep: step n uses exactly sample n of every input, whatever the load and the order.
 
-A deterministic dataflow. Samples are told apart by the number that their writer gives them
+A deterministic dataflow. Samples are identified by the number that their writer gives them
 (``publication_sequence_number``), not by time. The clock node grants steps, a window at a time;
-each participant says how far it got, and a step whose sample does not come within a limit stops
+each participant reports how far it got, and a step whose sample does not come within a limit stops
 the node with a message that names the link.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.time import Time
 from std_msgs.msg import Header, UInt64
 
+from ..runtime.figures import STEP
+from ..runtime.reached import signature
 from ..runtime.tick_grid import TickGrid
 from ..scenario.parameter import ACTIVE
-from .managed import OK, FaultError, ManagedNode
+from .managed import OK, FaultError, ManagedNode, Status
+from .pace import Inputs, Tick, Work
 from .topics import GRANT, REACHED
 
-if TYPE_CHECKING:
-    from .signal import SignalNode
-
 EVERY = 75
-"""A participant tells every so many steps how far it got, and where the grant ends."""
+"""A participant reports every so many steps how far it got, and where the grant ends."""
 
 WATCH = 0.5
 """Seconds between looks at whether there is progress."""
@@ -60,58 +60,58 @@ class Participant:
         self._node, self._go, self._missing = node, go, missing
         if several := node.several_writers():
             raise FaultError(f'lockstep: {several}')
-        self._name = node.get_fully_qualified_name()
-        self._grid = TickGrid(node.values['rate'])
+        rate = node.values['rate']
+        self._signature = signature(node.get_fully_qualified_name(), rate)
+        self._grid = TickGrid(rate)
         self._patience: float = node.values['lockstep_timeout']
         self.granted = 0
-        self.reached = self._told = -1
+        self.reached = self._reported = -1
         self._armed = False
         self._standstill = Standstill()
         self._publisher = node.publisher_of(REACHED)
-        self._subscription = node.subscription_of(GRANT, self._on_grant)
+        node.subscription_of(GRANT, self._on_grant)
         self._watchdog = node.steady_timer(WATCH, self._watch)
-
-    def end(self) -> None:
-        """Leave the exchange."""
-        self._node.destroy_publisher(self._publisher)
-        self._node.destroy_subscription(self._subscription)
-        self._node.destroy_timer(self._watchdog)
 
     def stamp(self, n: int) -> int:
         """Return the simulation time of sample ``n`` in nanoseconds."""
         return self._grid.stamp(n)
 
+    @property
+    def period(self) -> float:
+        """Nanoseconds between two samples."""
+        return self._grid.period
+
     def reach(self, n: int) -> None:
-        """Note that all samples up to ``n`` are made, and tell the clock where it has to know."""
+        """Note that all samples up to ``n`` are made, and report it where the clock has to know."""
         before, self.reached = self.reached, n
         if n // EVERY > before // EVERY or n == self.granted:
-            self._tell(n)
+            self._report(n)
 
-    def _tell(self, n: int) -> None:
-        self._told = n
+    def _report(self, n: int) -> None:
+        self._reported = n
         stamp = Time(nanoseconds=self._grid.stamp(n)).to_msg()
-        self._node.send(self._publisher, Header(stamp=stamp, frame_id=self._name))
+        self._node.send(self._publisher, Header(stamp=stamp, frame_id=self._signature))
 
     def _on_grant(self, message: UInt64) -> None:
         self.granted = message.data
         self._armed = True  # before the first grant somebody may still be starting
         self._go()
         if self.reached == self.granted:
-            self._tell(self.reached)
+            self._report(self.reached)
 
     def _watch(self) -> None:
-        """Tell the clock of slow progress, and break off where there is none."""
+        """Report slow progress to the clock, and stop where there is none."""
         if self._node.stage != ACTIVE or self._node.fault is not None:
             return
         if several := self._node.several_writers():
-            self._node.break_off(f'lockstep: {several}')
+            self._node.fail(f'lockstep: {several}')
             return
-        if self.reached != self._told:
-            self._tell(self.reached)
+        if self.reached != self._reported:
+            self._report(self.reached)
         still = self._standstill.look((self.reached, self.granted))
         if self._armed and self.reached < self.granted and still >= self._patience:
-            self._node.break_off(
-                f'lockstep stopped: {self._node.kind} waits for '
+            self._node.fail(
+                f'lockstep stopped: {self._node.label} waits for '
                 f'{", ".join(self._missing()) or "nothing"}, which did not come within '
                 f'{self._patience:g} s; look at who publishes it'
             )
@@ -120,45 +120,45 @@ class Participant:
 class Lockstep:
     """Publishes sample n + 1 as soon as sample n of every input is there and the step granted."""
 
-    def __init__(self, node: SignalNode) -> None:
-        self._node = node
+    def __init__(
+        self, work: Work, inputs: Inputs, join: Callable[[Callable[[], None]], Participant]
+    ) -> None:
+        """``join`` makes this pace a participant: it is given :meth:`go`."""
+        self._work, self._inputs, self._join = work, inputs, join
         self.n = -1
-        if node.published:
-            raise FaultError(
-                f'in lockstep {node.kind} starts but once, since its samples are numbered; '
-                'cleanup and configure it first'
-            )
-        self.participant = Participant(node, self.go, self._missing)
-        node.published = True
-        self._put(node.first())
+        self._stopped = False
+
+    def begin(self) -> None:
+        """Publish sample 0 and take the steps that are granted already."""
+        self.participant = self._join(self.go)
+        self._put(self._work.first())
         self.go()
 
-    def end(self) -> None:
-        """Stop."""
-        self.participant.end()
-
-    def _missing(self) -> list[str]:
+    def missing(self) -> list[str]:
+        """Return the samples that the next step waits for."""
         n = max(self.n, 0)
-        return [f'sample {n} of {what}' for what in self._node.missing(n)]
+        return [f'sample {n} of {what}' for what in self._inputs.missing(n)]
 
     def go(self) -> None:
         """Take every step that is granted and whose samples are there."""
-        node, granted = self._node, self.participant.granted
-        if node.fault is not None:
+        if self._stopped or self.n < 0:
             return
+        participant = self.participant
         try:
-            while self.n < granted and node.ready(self.n):
-                self._put(node.following(self.n))
+            while self.n < participant.granted and self._inputs.ready(self.n):
+                stamp = participant.stamp(self.n)
+                tick = Tick(self.n, stamp, stamp, participant.period)
+                self._put(self._work.following(tick))
         except FaultError as fault:
-            node.break_off(str(fault))
+            self._stopped = True
+            self._work.fail(str(fault))
 
     def _put(self, value: float) -> None:
-        node = self._node
-        value = node.sound(value)
         self.n += 1
-        node.put(value)
+        self._work.put(value)
         self.participant.reach(self.n)
 
-    def report(self) -> tuple[bytes, str, dict[str, Any]]:
+    def report(self) -> Status:
         """Return the step reached and the steps granted."""
-        return OK, 'in lockstep', {'step': self.n, 'granted': self.participant.granted}
+        values: dict[str, Any] = {STEP: self.n, 'granted': self.participant.granted}
+        return Status(OK, 'in lockstep', values)

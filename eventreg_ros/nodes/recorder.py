@@ -15,7 +15,7 @@ from ..runtime.sequenced_input import flaw
 from ..scenario.parameter import ACTIVE
 from .info import number_of
 from .lockstep import Participant
-from .managed import OK, ManagedNode
+from .managed import OK, ManagedNode, Status
 from .ros import run_node
 from .topics import COUNT, EVENT, LOCKSTEP_SIGNAL, RECORDED_SIGNAL, Topic
 
@@ -40,6 +40,7 @@ class Recorder(ManagedNode):
         self.writer = BagWriter(
             path, values['storage'], _scenario_text(values['scenario']), values['scenario_name']
         )
+        self.stack.callback(self._close)
         self.get_logger().info(f'recording to {path}')
         self.recorded: dict[str, int] = {}
         if values['lockstep']:
@@ -48,7 +49,7 @@ class Recorder(ManagedNode):
         for signal in values['signals']:
             for topic in (RECORDED_SIGNAL, COUNT, EVENT):
                 self._record(topic, signal)
-        self.flush_timer = self.steady_timer(1.0, self._flush)
+        self.steady_timer(1.0, self._flush)
 
     def _open_lockstep(self) -> None:
         """Record the signals row by row: sample n of all of them, stamped with its model step."""
@@ -66,13 +67,14 @@ class Recorder(ManagedNode):
             enable_rosout=False,
             start_parameter_services=False,
         )
+        self.stack.callback(self._destroy_tap)
         for signal, topic in zip(signals, self.topics, strict=True):
             self.writer.add(topic, LOCKSTEP_SIGNAL.type_name)
             self.recorded[signal] = 0
             self.sources[signal] = self.tap.create_subscription(
                 LOCKSTEP_SIGNAL.message, topic, lambda _: None, LOCKSTEP_SIGNAL.qos, raw=True
             )
-        self.flush_timer = self.steady_timer(1.0, self._flush)
+        self.steady_timer(1.0, self._flush)
 
     def _take(self) -> None:
         """Take what has come since, and write the rows that are complete.
@@ -95,7 +97,7 @@ class Recorder(ManagedNode):
                         expected += 1
                     elif wrong := flaw(number, expected, f' of {signal}'):
                         self._write_rows(min(map(len, self.waiting)))
-                        self.break_off(f'{wrong}; the bag ends before it')
+                        self.fail(f'{wrong}; the bag ends before it')
                         return
         self._write_rows(min(map(len, self.waiting)))
 
@@ -104,7 +106,7 @@ class Recorder(ManagedNode):
         try:
             self.writer.write_rows(self.topics, stamps, [queue[:rows] for queue in self.waiting])
         except Exception as error:  # the disk, the database: whatever it is, keep what is there
-            self.break_off(f'the bag {self.writer.path} cannot be written: {error}')
+            self.fail(f'the bag {self.writer.path} cannot be written: {error}')
             return
         for signal, queue in zip(self.recorded, self.waiting, strict=True):
             del queue[:rows]
@@ -121,15 +123,12 @@ class Recorder(ManagedNode):
         """Record from now on."""
         if self.values['lockstep']:
             self.participant = Participant(self, lambda: None, self._missing)
+            self.stack.callback(self._take)
             self.take_timer = self.steady_timer(LOOK, self._take)
 
-    def end(self) -> None:
-        """Leave the lockstep."""
-        if hasattr(self, 'participant'):
-            self._take()
-            self.destroy_timer(self.take_timer)
-            self.participant.end()
-            del self.participant
+    def _destroy_tap(self) -> None:
+        self.sources.clear()
+        self.tap.destroy_node()
 
     def _record(self, kind: Topic, signal: str) -> None:
         name = kind.of(signal)
@@ -149,35 +148,25 @@ class Recorder(ManagedNode):
         try:
             self.writer.write(topic, stamp, data)
         except Exception as error:  # the disk, the database: whatever it is, keep what is there
-            self.break_off(f'the bag {self.writer.path} cannot be written: {error}')
+            self.fail(f'the bag {self.writer.path} cannot be written: {error}')
 
     def _flush(self) -> None:
         try:
             self.writer.flush()
         except Exception as error:
-            self.break_off(f'the bag {self.writer.path} cannot be written: {error}')
+            self.fail(f'the bag {self.writer.path} cannot be written: {error}')
 
-    def shut(self) -> None:
+    def _close(self) -> None:
         """Close the bag: this writes its index and metadata."""
-        if hasattr(self, 'tap'):
-            self.sources.clear()
-            self.tap.destroy_node()
-            del self.tap
-        self.unsubscribe()
-        if hasattr(self, 'flush_timer'):
-            self.destroy_timer(self.flush_timer)
-            del self.flush_timer
-        if hasattr(self, 'writer'):
-            writer = self.writer
-            del self.writer
-            try:
-                writer.close()
-            except Exception as error:
-                self.get_logger().error(f'the bag {writer.path} was not closed: {error}')
+        try:
+            self.writer.close()
+        except Exception as error:
+            self.get_logger().error(f'the bag {self.writer.path} was not closed: {error}')
 
-    def report(self) -> tuple[bytes, str, dict[str, object]]:
+    def report(self) -> Status:
         """Return the number of messages recorded per topic."""
-        return OK, 'recording', {f'{name}.recorded': n for name, n in self.recorded.items()}
+        recorded = {f'{name}.recorded': n for name, n in self.recorded.items()}
+        return Status(OK, 'recording', recorded)
 
 
 def _scenario_text(path: str) -> str | None:

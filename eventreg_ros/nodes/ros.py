@@ -100,7 +100,7 @@ def _live(nodes: list[Any], makes: Sequence[Callable[[], Any]], stopped: list[in
         executor.add_node(nodes[-1])
     try:
         for node in nodes:
-            node.start()
+            node.bring_up()
         if not stopped:
             spin(executor)
     except ExternalShutdownException:

@@ -1,95 +1,144 @@
-"""A node that publishes one signal, sample by sample."""
+"""A node that publishes one signal, sample by sample, and hears any number of others."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
 
 from ..runtime.cdr import packed
-from .lockstep import Lockstep
-from .managed import FaultError, ManagedNode
-from .realtime import RealTime
-from .topics import Topic, signal_topic
+from ..scenario.parameter import ACTIVE
+from ..simulation.hold import horizon_in_steps
+from .lockstep import Lockstep, Participant
+from .managed import OK, FaultError, ManagedNode, Status
+from .pace import Inputs, Lines, Pace, Tick
+from .realtime import RealTime, Timing
+from .sequenced import SequencedInputs
+from .stamped import DelayMargin, StampedInputs
+from .topics import signal_topic
 
 
 class SignalNode(ManagedNode):
     """Publishes sample n of ``output`` when its pace says so: the clock's, or lockstep's.
 
-    A subclass gives ``first() -> value`` and ``following(n) -> value``, the step from sample n to
-    sample n + 1.
+    A subclass gives ``initial() -> value`` and ``step(n, lines) -> value``, from sample n to the
+    next.
     """
 
-    pace: RealTime | Lockstep
+    pace: Pace | None = None
+    inputs: Inputs
     published = False
     """Whether a sample has gone out since the publisher was created."""
 
-    def first(self) -> float:
+    def initial(self) -> float:
         """Return sample 0."""
         raise NotImplementedError
 
-    def following(self, n: int) -> float:
-        """Take the step from sample ``n`` and return sample ``n`` + 1."""
+    def step(self, n: int, lines: Lines) -> float:
+        """Take the step from sample ``n``, with the inputs over it, and return the next sample."""
         raise NotImplementedError
 
-    def ready(self, n: int) -> bool:
-        """Say whether sample ``n`` of every input has come (lockstep)."""
-        return True
+    @property
+    def signs(self) -> tuple[tuple[str, float], ...]:
+        """The inputs with their signs, in the order in which they are summed."""
+        return (
+            *((signal, 1.0) for signal in self.values.get('excitatory', ())),
+            *((signal, -1.0) for signal in self.values.get('inhibitory', ())),
+        )
 
-    def missing(self, n: int) -> list[str]:
-        """Return the inputs whose sample ``n`` has not come yet (lockstep)."""
-        return []
+    @property
+    def h(self) -> float:
+        """The length of a step in model time."""
+        return float(self.values['time_scale'] / self.values['rate'])
 
     @property
     def n(self) -> int:
         """The number of the newest sample; -1 before the first."""
-        return self.pace.n if hasattr(self, 'pace') else -1
-
-    @property
-    def signal_topic(self) -> Topic:
-        """How signals travel in this node's mode."""
-        return signal_topic(self.values['lockstep'])
+        return self.pace.n if self.pace is not None else -1
 
     def open(self) -> None:
-        """Create the publisher of the output."""
-        self.published = False
-        self.publisher = self.advertise(self.signal_topic, self.values['output'])
+        """Create the publisher of the output and the subscriptions of the inputs."""
+        self.published, self.pace = False, None
+        topic = signal_topic(self.values['lockstep'])
+        self.publisher = self.advertise(topic, self.values['output'])
+        signals = tuple(signal for signal, _ in self.signs)
+        self.inputs = self._make_inputs(signals)
+        for i, signal in enumerate(signals):
+            self.subscribe(topic, signal, self.inputs.receiver(i, self._go))
 
-    def shut(self) -> None:
-        """Destroy the publisher."""
-        if hasattr(self, 'publisher'):
-            self.destroy_lifecycle_publisher(self.publisher)
-            del self.publisher
+    def _make_inputs(self, signals: tuple[str, ...]) -> Inputs:
+        lockstep = self.values['lockstep']
+        return SequencedInputs(signals) if lockstep else StampedInputs(signals, self)
+
+    def _tune_inputs(self) -> None:
+        """Hand on the parameters that the inputs need."""
+        values, inputs = self.values, self.inputs
+        if 'hold' not in values:
+            return  # a node without inputs
+        inputs.horizon = horizon_in_steps(values['hold'], self.h)
+        if isinstance(inputs, StampedInputs):
+            inputs.timeout = values['input_timeout']
+            own = 'delay_margin' if values['hold'] == 'linear' else 'delay_margin_zero'
+            margin, warn = values[own], values['delay_warn']
+            inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
 
     def begin(self) -> None:
-        """Start at sample 0."""
-        self.pace = Lockstep(self) if self.values['lockstep'] else RealTime(self)
+        """Start at sample 0; on leaving, the output goes to 0 (in lockstep it just stops)."""
+        values = self.values
+        self._tune_inputs()
+        if values['lockstep']:
+            if self.published:
+                raise FaultError(
+                    f'in lockstep {self.label} can be started only once, since its samples are '
+                    'numbered; cleanup and configure it first'
+                )
+            self.pace = Lockstep(self, self.inputs, self._join)
+        else:
+            self.stack.callback(self.put, 0.0)
+            self.pace = RealTime(self, Timing(*(values[name] for name in Timing._fields)), self)
+        self.pace.begin()
 
-    def end(self) -> None:
-        """Stop and leave the output at 0; in lockstep a sample more would be taken for the next."""
-        self.pace.end()
-        if not self.values['lockstep']:
-            self.put(0.0)
+    def _join(self, go: Callable[[], None]) -> Participant:
+        assert isinstance(self.pace, Lockstep)
+        return Participant(self, go, self.pace.missing)
+
+    def _go(self) -> None:
+        if self.stage == ACTIVE and self.pace is not None:
+            self.pace.go()
+
+    def changed(self) -> None:
+        """Take over the parameters of the inputs."""
+        if self.stage == ACTIVE:
+            self._tune_inputs()
+
+    # What the pace asks for
+
+    def first(self) -> float:
+        """Return sample 0. Raises FaultError when it is not finite."""
+        self.published = True
+        return self._sound(self.initial())
+
+    def following(self, tick: Tick) -> float:
+        """Take one step with the inputs as they are known at its beginning."""
+        return self._sound(self.step(tick.n, self.inputs.over(tick)))
 
     def put(self, value: float) -> None:
         """Publish ``value``."""
         self.send(self.publisher, packed(value))
 
-    def sound(self, value: float) -> float:
-        """Return ``value``. Raises FaultError when it is not finite."""
+    def _sound(self, value: float) -> float:
         if not math.isfinite(value):
             raise FaultError(
-                f'the state of {self.kind} stopped being finite at step {self.n + 1}; '
+                f'the state of {self.label} stopped being finite at step {self.n + 1}; '
                 'lower time_scale or raise rate, and look at the inputs'
             )
         return value
 
-    def report(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Return the figures of the pace."""
-        return self.pace.report()
-
-    def matches(self) -> dict[str, int]:
-        """Return the number of subscribers of the output and of publishers of each input."""
-        if not hasattr(self, 'publisher'):
-            return {}
-        count = self.publisher.get_subscription_count()
-        return {f'{self.values["output"]}.subscribers': count, **super().matches()}
+    def report(self) -> Status:
+        """Return the figures of pace and inputs; the worst of their findings is the level."""
+        assert self.pace is not None
+        pace = self.pace.report()
+        found = [pace, *self.inputs.report()]
+        values = {key: value for each in found for key, value in each.values.items()}
+        findings = [each.message for each in found if each.level != OK]
+        level = max(each.level for each in found)
+        return Status(level, '; '.join(findings) or pace.message, values)

@@ -16,7 +16,7 @@ from ..runtime.tick_grid import SECOND
 from ..scenario.parameter import ACTIVE
 from .info import number_of
 from .lockstep import Participant
-from .managed import OK, FaultError, ManagedNode
+from .managed import OK, FaultError, ManagedNode, Status
 from .ros import run_node
 from .topics import COUNT, EVENT, signal_topic
 
@@ -38,48 +38,37 @@ class SpikeMonitor(ManagedNode):
             self.events[signal] = self.advertise(EVENT, signal)
             self.subscribe(topic, signal, self._receiver(signal))
 
-    def shut(self) -> None:
-        """Destroy them."""
-        for publishers in (getattr(self, 'counts', {}), getattr(self, 'events', {})):
-            for publisher in publishers.values():
-                self.destroy_lifecycle_publisher(publisher)
-            publishers.clear()
-        self.unsubscribe()
-
     def begin(self) -> None:
         """Count from 0."""
         self._restart()
         if self.values['lockstep']:
             self.participant = Participant(self, lambda: None, self._missing)
+            self.stack.callback(self._leave_lockstep)
         for count in self.counts.values():
             self.send(count, UInt64(data=0))
         early = list(self.early)
         self.early.clear()
         if self.participant is not None:
             if early and number_of(early[0][2]) not in (0, None):
-                self.end()
                 raise FaultError('the first samples in lockstep were missed; configure all anew')
             self.stage = ACTIVE
             for receive, data, info in early:
                 receive(data, info)
 
-    def end(self) -> None:
-        """Count no more."""
-        if self.participant is not None:
-            self.participant.end()
-            self.participant = None
+    def _leave_lockstep(self) -> None:
+        self.participant = None
 
     def _fits(self, signal: str, number: int | None) -> bool:
-        """Say whether this is the next sample in lockstep; break off when one was left out."""
+        """Say whether this is the next sample in lockstep; stop when one was left out."""
         expected = self.seen[signal] + 1
         if number == expected:
             return True
         if wrong := flaw(number, expected, f' of {signal}'):
-            self.break_off(f'lockstep stopped: {wrong}')
+            self.fail(f'lockstep stopped: {wrong}')
         return False
 
     def _step(self, signal: str) -> int:
-        """Return the simulation time of the next sample in lockstep, and tell the clock of it."""
+        """Return the simulation time of the next sample in lockstep, and report it to the clock."""
         assert self.participant is not None
         self.seen[signal] += 1
         reached = min(self.seen.values())
@@ -119,10 +108,10 @@ class SpikeMonitor(ManagedNode):
 
         return receive
 
-    def report(self) -> tuple[bytes, str, dict[str, object]]:
+    def report(self) -> Status:
         """Return the counts."""
         counts = {f'{signal}.count': d.count for signal, d in self.detectors.items()}
-        return OK, 'counting', dict(counts)
+        return Status(OK, 'counting', counts)
 
 
 def main() -> int:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from typing import Any
 
+from ..scenario.parameter import ACTIVE
 from ..simulation.stimulus import Stimulus
+from .pace import Lines
 from .ros import run_node
 from .signal import SignalNode
 
@@ -16,7 +19,7 @@ class StimulusNode(SignalNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('stimulus', **kwargs)
 
-    def verify(self, values: dict[str, Any]) -> None:
+    def verify(self, values: Mapping[str, Any]) -> None:
         """Refuse a file that cannot be read."""
         Stimulus.from_parameters(values)
 
@@ -35,7 +38,7 @@ class StimulusNode(SignalNode):
 
     def changed(self) -> None:
         """Take over amplitude, offset and time_scale; model time goes on without a jump."""
-        if not hasattr(self, 'time_scale'):
+        if self.stage != ACTIVE:
             return
         if self.values['time_scale'] != self.time_scale:
             self.base = (max(self.n, 0), self._model_time(max(self.n, 0)))
@@ -46,11 +49,11 @@ class StimulusNode(SignalNode):
         since, t = self.base
         return t + (n - since) * self.time_scale / self.rate
 
-    def first(self) -> float:
+    def initial(self) -> float:
         """Return v(0)."""
         return self.waveform(0.0)
 
-    def following(self, n: int) -> float:
+    def step(self, n: int, lines: Lines) -> float:
         """Return v at sample ``n`` + 1."""
         return self.waveform(self._model_time(n + 1))
 

@@ -61,6 +61,10 @@ ALL_REACHED = Topic('lockstep/reached', Header, 1000, latched=True)
 """What the clock granted, and what the participants reached: one writes, the other reads all."""
 
 
+SHARED = tuple(f'{topic.name}:=/{topic.name}' for topic in (GRANT, REACHED))
+"""Remap rules by which nodes of any namespace share one clock of lockstep."""
+
+
 def signal_topic(lockstep: bool) -> Topic:
     """Return how signals travel in lockstep, or in real time."""
     return LOCKSTEP_SIGNAL if lockstep else SIGNAL

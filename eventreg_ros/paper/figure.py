@@ -128,7 +128,7 @@ def _symbols(block: BlockSpec, role: str, index: str) -> tuple[str, tuple[float,
     if block.model in (NEURON, OSCILLATOR):
         return rf'(k{index}, \tau{index})', block.params[:2]
     if role == 'controller':
-        return r'(k_y, K_{\eta_1}, K_{\eta_2})', block.params[2:]
+        return r'(k_y, K_{\eta_1}, K_{\eta_2})', block.params
     return None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +11,10 @@ from ..analysis.criteria import SETTLE, WINDOW
 from ..analysis.verdict import judge
 from ..errors import EventregError
 from ..scenario import Scenario
-from ..simulation.sampled import Network
+from ..simulation.impairment import PERFECT, Impairment
+from ..simulation.model_time import count_steps
+from ..simulation.sampled import SampledLoop
 from ..simulation.trajectory import Array
-from ..simulation.wiring import count_steps
 
 JUDGED = ('w', 'y', 'y_r')
 """The signals that decide the verdict."""
@@ -49,33 +50,21 @@ class Evaluator:
         setting: Setting,
         on: str | None = None,
     ) -> None:
-        blocks, stimulus, v = scenario.loop
-        blocks = {name: replace(spec, hold=hold, rate=rate) for name, spec in blocks.items()}
-        self._network = Network(blocks, stimulus, stimulus_output=v)
+        self._loop = SampledLoop(scenario.loop.sampled_at(rate, hold))
         self._scenario, self._setting = scenario, setting
-        self.hold, self.rate, self.h = hold, rate, self._network.h
+        self.hold, self.rate, self.h = hold, rate, self._loop.h
         self.on = on
-        listened = {signal for _, signal in self._network.links}
-        self.linked = [signal for signal in self._network.signals if signal in listened]
+        listened = {signal for _, signal in self._loop.links}
+        self.linked = [signal for signal in self._loop.signals if signal in listened]
         """The signals that some block listens to."""
         count_steps(setting.duration, self.h)
 
-    def verdict(
-        self, *, delay: float = 0.0, loss: float = 0.0, jitter: float = 0.0, seed: int = 0
-    ) -> str:
-        """Return the verdict on one run; when its state leaves all bounds, ``not rejected``.
-
-        ``delay`` and ``jitter`` are in model time, ``loss`` is a probability; see Network.run.
-        """
+    def verdict(self, impairment: Impairment = PERFECT) -> str:
+        """Return the verdict on one run; when its state leaves all bounds, ``not rejected``."""
+        if self.on is not None:
+            impairment = replace(impairment, on=frozenset([self.on]))
         try:
-            run = self._network.run(
-                self._setting.duration,
-                delay=delay,
-                loss=loss,
-                jitter=jitter,
-                seed=seed,
-                on=None if self.on is None else [self.on],
-            )
+            run = self._loop.run(self._setting.duration, impairment)
         except EventregError:  # all else that it may complain of was checked at the start
             return 'not rejected'
         threshold, reset = self._scenario.monitor
@@ -91,20 +80,18 @@ class Evaluator:
         )
         return str(report['verdict'])
 
-    def rejected(self, **impairments: float) -> bool:
+    def rejected(self, impairment: Impairment) -> bool:
         """Say whether every seed is rejected; it stops at the first that is not."""
-        return all(self._runs(impairments))
+        return all(self._runs(impairment))
 
-    def share(self, **impairments: float) -> float:
+    def share(self, impairment: Impairment) -> float:
         """Return the part of the seeds that are rejected, 0 to 1."""
-        runs = list(self._runs(impairments))
+        runs = list(self._runs(impairment))
         return sum(runs) / len(runs)
 
-    def _runs(self, impairments: Mapping[str, float]) -> Iterator[bool]:
-        random = impairments.get('loss') or impairments.get('jitter')
-        for seed in range(self._setting.seeds if random else 1):
-            delay, loss, jitter = (impairments.get(n, 0.0) for n in ('delay', 'loss', 'jitter'))
-            yield self.verdict(delay=delay, loss=loss, jitter=jitter, seed=seed) == 'rejected'
+    def _runs(self, impairment: Impairment) -> Iterator[bool]:
+        for seed in range(self._setting.seeds if impairment.random else 1):
+            yield self.verdict(replace(impairment, seed=seed)) == 'rejected'
 
 
 def keep_crossings(t: Array, x: Array, threshold: float, reset: float) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ import numpy as np
 from ..errors import EventregError
 from ..scenario import Scenario
 from ..simulation.hold import HOLDS
+from ..simulation.impairment import Impairment
 from ..simulation.trajectory import Array
 from .evaluator import Evaluator, Setting
 
@@ -115,6 +116,12 @@ def _need_verdict(scenario: Scenario, setting: Setting) -> Evaluator:
     return trial
 
 
+def _impairment(kind: str, value: float) -> Impairment:
+    if kind == 'delay':
+        return Impairment(delay=value)
+    return Impairment(loss=value) if kind == 'loss' else Impairment(jitter=value)
+
+
 def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit:
     """Search the largest ``kind`` (of :data:`KINDS`) that a trial bears, the others being 0."""
     scan, unit = scan_of(kind, trial.h)
@@ -124,7 +131,7 @@ def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit
         return round(k * unit, 12)
 
     def passes(k: int) -> bool:
-        result = trial.rejected(**{kind: value(k)})
+        result = trial.rejected(_impairment(kind, value(k)))
         tell(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
         return result
 
@@ -221,7 +228,7 @@ def delay_and_loss(
     rejected = {hold: np.zeros((rows, len(delays))) for hold in HOLDS}
     for i, loss in enumerate(losses.tolist()):
         for trial in trials:
-            row = [trial.share(delay=delay, loss=loss) for delay in delays.tolist()]
+            row = [trial.share(Impairment(delay=delay, loss=loss)) for delay in delays.tolist()]
             rejected[trial.hold][i] = row
         tell(f'picture: {i + 1} of {rows} rows')
     return Map(rate, h, delays, losses, rejected)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from .figures import Percentiles
+
 _FINEST = 1e-7
 _RATIO = 1.05
 _BINS = 500
@@ -49,10 +51,7 @@ class DurationHistogram:
         recent, self._recent = self._recent, 0.0
         return recent
 
-    def figures(self, name: str) -> dict[str, str]:
-        """Return p50, p99 and the largest as diagnostics show them, in seconds."""
-        return {
-            f'{name}.p50': f'{self.percentile(50):.6f}',
-            f'{name}.p99': f'{self.percentile(99):.6f}',
-            f'{name}.max': f'{self.largest:.6f}',
-        }
+    @property
+    def percentiles(self) -> Percentiles:
+        """The 50th and the 99th percentile and the largest, in seconds."""
+        return Percentiles(self.percentile(50), self.percentile(99), self.largest)

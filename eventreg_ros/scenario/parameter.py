@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,9 +30,13 @@ class Parameter:
     low: float | None = None
     open_low: bool = False
     high: float | None = None
-    choices: tuple[str, ...] = ()
+    choices: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
     length: int | None = None
     settable: str = INACTIVE
+
+    @property
+    def _allowed(self) -> tuple[str, ...]:
+        return self.choices() if callable(self.choices) else self.choices
 
     @property
     def rule(self) -> str:
@@ -46,7 +50,7 @@ class Parameter:
             'string[]': 'a list of strings',
         }[self.type]
         if self.choices:
-            words = 'one of ' + ', '.join(self.choices)
+            words = 'one of ' + ', '.join(self._allowed)
         if self.low is not None:
             words += f' {">" if self.open_low else ">="} {self.low:g}'
         if self.high is not None:
@@ -73,7 +77,7 @@ class Parameter:
 
     def _allows(self, value: Value) -> bool:
         if self.choices:
-            return value in self.choices
+            return value in self._allowed
         if self.length is not None and len(value) != self.length:  # type: ignore[arg-type]
             return False
         if isinstance(value, bool | str | list):

@@ -1,71 +1,145 @@
-"""The scenario: an ordinary ROS parameter file, read and checked once, for everyone."""
+"""The scenario: which nodes there are, with all their parameters, and what may be made of it."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from ..errors import ParameterError, ScenarioError
-from ..models.roles import ROLES, STIMULUS_OUTPUT, model_of
+from ..errors import EventregError, ScenarioError
+from ..models.catalogue import model_of
+from ..models.roles import ROLES
 from ..simulation.block import BlockSpec
+from ..simulation.loop import Loop
+from ..simulation.model_time import count_steps
 from ..simulation.stimulus import Stimulus
 from . import ros_yaml
-from .parameters import NODES, hint, is_ros_parameter, kind_of, resolve
+from .links import LinkSpec, link_name
+from .names import NodeName, full_name, split
+from .parameters import is_foreign, resolve
 
-WILDCARD = '/**'
+Values = Mapping[str, Any]
+Given = dict[str, dict[str, Any]]
+"""Parameters by node, as somebody gave them."""
 
-
-class Loop(NamedTuple):
-    """What of a scenario is simulated: its blocks by role, the open input, and the input's name."""
-
-    blocks: dict[str, BlockSpec]
-    stimulus: Stimulus | None
-    stimulus_output: str
+INPUTS = ('excitatory', 'inhibitory', 'signals')
+"""Parameters that list signals to listen to."""
 
 
 @dataclass(frozen=True)
 class Scenario:
     """What a parameter file says: which nodes there are and all their parameters, checked.
 
-    ``nodes`` maps each node's name to its resolved parameters; ``given`` holds, in the same shape,
-    only what the file and the overrides said, which is what a node is started with.
+    ``nodes`` maps each node's name, with its namespace (r1/plant), to its resolved parameters;
+    ``given`` holds, in the same shape, only what the file and the overrides said, which is what a
+    node is started with. Make one with :meth:`of`.
     """
 
     name: str
-    nodes: Mapping[str, Mapping[str, Any]]
-    given: Mapping[str, Mapping[str, Any]] = field(repr=False)
+    nodes: Mapping[str, Values]
+    given: Mapping[str, Values] = field(repr=False)
+
+    @classmethod
+    def of(cls, name: str, given: Mapping[str, Values]) -> Scenario:
+        """Return the scenario that gives its nodes these parameters, checked.
+
+        Raises ParameterError or ScenarioError.
+        """
+        nodes = {node: resolve(node, values) for node, values in given.items()}
+        checked = {
+            node: {p: nodes[node].get(p, v) for p, v in values.items()}
+            for node, values in given.items()
+        }
+        return cls(name, nodes, checked).check()
+
+    def check(self) -> Scenario:
+        """Return the scenario. Raises ScenarioError when two nodes publish the same signal."""
+        seen: dict[str, str] = {}
+        for node in self.nodes:
+            signal = self.output_of(node)
+            if signal in seen:
+                raise ScenarioError(
+                    f'scenario {self.name}: {seen[signal]} and {node} both publish {signal!r}; '
+                    f'set {node}.output to another signal'
+                )
+            if signal is not None:
+                seen[signal] = node
+        return self
+
+    # What there is
+
+    def of_kind(self, *kinds: str) -> list[str]:
+        """Return the names of the nodes of these kinds, in order."""
+        return [node for node in self.nodes if self.name_of(node).kind in kinds]
+
+    def name_of(self, node: str) -> NodeName:
+        """Return the parts of a node's name."""
+        return split(node, is_foreign(self.nodes[node]))
+
+    def signal(self, node: str, name: str) -> str:
+        """Return what a signal that ``node`` calls ``name`` is called in the scenario."""
+        return full_name(self.name_of(node).namespace, name)
+
+    def output_of(self, node: str) -> str | None:
+        """Return the signal that ``node`` publishes, None when it publishes none."""
+        output = self.nodes[node].get('output')
+        return None if output is None else self.signal(node, output)
+
+    def inputs_of(self, node: str) -> list[str]:
+        """Return the signals that ``node`` listens to."""
+        values = self.nodes[node]
+        names = [name for key in INPUTS for name in values.get(key, ())]
+        names += [values['input']] if 'input' in values else []
+        return [self.signal(node, name) for name in names]
+
+    @property
+    def publishers(self) -> dict[str, str]:
+        """The signals that somebody publishes, and who."""
+        found = {self.output_of(node): node for node in self.nodes}
+        return {signal: node for signal, node in found.items() if signal is not None}
 
     @property
     def blocks(self) -> dict[str, BlockSpec]:
-        """The blocks among the nodes, by role."""
-        return {role: block_spec(role, self.nodes[role]) for role in ROLES if role in self.nodes}
+        """The blocks of ours among the nodes, by the roles' order, then the file's."""
+        return {
+            node: block_spec(node, self.nodes[node])
+            for role in ROLES
+            for node in self.of_kind(role)
+            if not is_foreign(self.nodes[node])
+        }
 
     @property
-    def stimulus(self) -> Stimulus | None:
-        """The open input v, or None when the scenario has no stimulus node."""
-        values = self.nodes.get('stimulus')
-        return None if values is None else Stimulus.from_parameters(values)
+    def stimuli(self) -> dict[str, Stimulus]:
+        """The open inputs, by the signal that each publishes."""
+        return {
+            str(self.output_of(node)): Stimulus.from_parameters(self.nodes[node])
+            for node in self.of_kind('stimulus')
+        }
 
     @property
     def loop(self) -> Loop:
-        """The loop for offline tools. Raises ScenarioError when there are links in it."""
-        links = [name for name in self.nodes if kind_of(name) == 'link']
-        if links:
+        """The loop for offline tools.
+
+        Raises ScenarioError when there are links in it, or nodes of other packages.
+        """
+        if links := self.of_kind('link'):
             raise ScenarioError(
                 f'scenario {self.name} has {", ".join(links)}, and links are for real nodes only; '
                 f'take it without them and impair all signals with eventreg simulate --sampled '
                 f'--delay D --jitter J --loss P'
             )
-        v = self.nodes.get('stimulus', {}).get('output', STIMULUS_OUTPUT)
-        return Loop(self.blocks, self.stimulus, v)
+        if foreign := self.foreign:
+            node = foreign[0]
+            raise ScenarioError(
+                f'scenario {self.name}: {node} is run by package {self.nodes[node]["package"]}, '
+                'whose code offline tools do not know; use eventreg run'
+            )
+        return Loop(self.blocks, self.stimuli)
 
     @property
-    def publishers(self) -> dict[str, str]:
-        """The signals that somebody publishes, and who."""
-        return {values['output']: name for name, values in self.nodes.items() if 'output' in values}
+    def foreign(self) -> list[str]:
+        """The nodes that are run by other packages."""
+        return [node for node, values in self.nodes.items() if is_foreign(values)]
 
     @property
     def time_scale(self) -> float:
@@ -79,9 +153,10 @@ class Scenario:
 
     @property
     def monitor(self) -> tuple[float, float]:
-        """Threshold and reset of the events, the spike monitor's or its defaults."""
-        values = self.nodes.get('spike_monitor')
-        return monitor_defaults() if values is None else (values['threshold'], values['reset'])
+        """Threshold and reset of the events, the first spike monitor's or its defaults."""
+        found = self.of_kind('spike_monitor')
+        values = self.nodes[found[0]] if found else resolve('spike_monitor', {})
+        return values['threshold'], values['reset']
 
     def _common(self, name: str) -> float:
         found = {
@@ -104,11 +179,118 @@ class Scenario:
     def to_yaml(self, anywhere: bool = False) -> str:
         """Return the scenario as the text of a ROS parameter file, overrides included.
 
-        With ``anywhere`` it holds for the nodes in any namespace.
+        With ``anywhere`` it holds for the nodes within any further namespace.
         """
-        prefix = f'{WILDCARD}/' if anywhere else ''
-        data = {f'{prefix}{n}': {'ros__parameters': dict(v)} for n, v in self.given.items()}
+        prefix = '/**/' if anywhere else ''
+        data = {}
+        for node, values in self.given.items():
+            key = f'{prefix}{node}' if anywhere or '/' not in node else f'/{node}'
+            data[key] = {'ros__parameters': dict(values)}
         return ros_yaml.dump(data)
+
+    # What may be made of it
+
+    def with_given(self, extra: Mapping[str, Values]) -> Scenario:
+        """Return the scenario with further parameters, of its nodes or of new ones."""
+        given = {node: dict(values) for node, values in self.given.items()}
+        for node, values in extra.items():
+            given[node] = {**given.get(node, {}), **values}
+        return Scenario.of(self.name, given)
+
+    def with_recorder(self, path: str, text: str, *, monitor: bool = True) -> Scenario:
+        """Return the scenario with a recorder of every signal and, so asked, a spike monitor.
+
+        ``path`` is the bag's, ``text`` the file whose text the bag shall hold. What the scenario
+        says of the two nodes stays, but for those.
+        """
+        signals = list(self.publishers)
+        recorder = self.given.get('recorder', {})
+        wanted = [s for s in recorder.get('signals', ()) if s not in signals]
+        extra: Given = {}
+        if monitor:
+            watched = 'signals' in self.given.get('spike_monitor', {})
+            extra['spike_monitor'] = {} if watched else {'signals': signals}
+        extra['recorder'] = {
+            'signals': signals + wanted,
+            'path': path,
+            'scenario': text,
+            'scenario_name': self.name,
+        }
+        return self.with_given(extra)
+
+    def with_links(self, links: Sequence[str]) -> Scenario:
+        """Return the scenario with a link node for each of ``links``, SIGNAL:NAME=VALUE,...
+
+        The link on u is called link_u and publishes u_link, which all blocks then listen to instead
+        of u; recorder and spike monitor stay with u. Raises ScenarioError or ParameterError.
+        """
+        scenario = self
+        for link in map(LinkSpec.read, links):
+            scenario = scenario._with_link(link)
+        return scenario
+
+    def _with_link(self, link: LinkSpec) -> Scenario:
+        link.need_publisher(self.publishers)
+        name, output = link_name(link.signal), f'{link.signal}_link'
+        if name in self.nodes or output in self.publishers:
+            raise ScenarioError(
+                f'{link.where}: the scenario {self.name} has a {name} already; '
+                f'set it with -p {name}.NAME:=VALUE'
+            )
+        extra: Given = {}
+        for node in self.nodes:
+            home = self.name_of(node).namespace
+            for key in ('excitatory', 'inhibitory'):
+                inputs = self.nodes[node].get(key, [])
+                if link.signal in (full_name(home, s) for s in inputs):
+                    extra.setdefault(node, {})[key] = [
+                        f'{s}_link' if full_name(home, s) == link.signal else s for s in inputs
+                    ]
+        if not extra:
+            raise ScenarioError(
+                f'{link.where}: no block listens to {link.signal!r}; leave the link out'
+            )
+        extra[name] = {'input': link.signal, 'output': output, **link.options}
+        return self.with_given(extra)
+
+    def in_lockstep(self, seconds: float) -> Scenario:
+        """Return the scenario with a clock, all nodes in lockstep, for simulated ``seconds``.
+
+        An input that nobody publishes is left out, since nobody would send the sample to wait for.
+        Raises EventregError when there is not one step in ``seconds``, or a link.
+        """
+        if links := self.of_kind('link'):
+            raise EventregError(
+                f'lockstep waits for every sample, so that {", ".join(links)} could delay '
+                f'nothing; leave out --lockstep'
+            )
+        steps = count_steps(seconds * self.time_scale, self.time_scale / self.rate)
+        if not steps:
+            raise EventregError(
+                f'{seconds:g} s hold not one step of 1 / {self.rate:g} s; take a longer --duration'
+            )
+        others = [node for node in self.nodes if self.name_of(node).kind != 'clock']
+        extra = {node: self._lockstep_values(node) for node in others}
+        patience = max(self.nodes[node].get('lockstep_timeout', 0.0) for node in others)
+        extra['clock'] = {
+            # a monitor of no signal has no step to make
+            'participants': [node for node in others if extra[node].get('signals') != []],
+            'steps': steps,
+            'rate': self.rate,
+            'lockstep_timeout': self.given.get('clock', {}).get('lockstep_timeout', patience),
+        }
+        return self.with_given(extra)
+
+    def _lockstep_values(self, node: str) -> dict[str, Any]:
+        values: dict[str, Any] = {'lockstep': True, 'use_sim_time': True, 'rate': self.rate}
+        for key in INPUTS:
+            if key in self.nodes[node]:
+                values[key] = [
+                    name
+                    for name in self.nodes[node][key]
+                    if self.signal(node, name) in self.publishers
+                ]
+        return values
 
 
 def monitor_defaults() -> tuple[float, float]:
@@ -117,172 +299,24 @@ def monitor_defaults() -> tuple[float, float]:
     return values['threshold'], values['reset']
 
 
-def block_spec(role: str, values: Mapping[str, Any]) -> BlockSpec:
-    """Build the block of ``role`` from its resolved parameters."""
-    gain = values['gain']
+def block_spec(node: str, values: Values) -> BlockSpec:
+    """Build the block of ``node`` from its resolved parameters; signals get its namespace."""
+    name = split(node)
+    model = model_of(name.kind, values['model'])
+    signs = (('excitatory', 1.0), ('inhibitory', -1.0))
     return BlockSpec(
-        name=role,
-        model=model_of(role, values['model']),
-        params=(values['k'], values['tau'], values['k_y'], gain[0], gain[1]),
+        name=node,
+        role=name.kind,
+        model=model,
+        params=model.params(values),
         x0=tuple(values['x0']),
-        inputs=(
-            *((signal, 1.0) for signal in values['excitatory']),
-            *((signal, -1.0) for signal in values['inhibitory']),
+        inputs=tuple(
+            (full_name(name.namespace, signal), sign)
+            for key, sign in signs
+            for signal in values[key]
         ),
-        output=values['output'],
+        output=full_name(name.namespace, values['output']),
         rate=values['rate'],
         time_scale=values['time_scale'],
         hold=values['hold'],
     )
-
-
-def config_directory() -> Path:
-    """Return the directory of the shipped scenarios, in a source tree or in an installation.
-
-    Raises ScenarioError when the package was installed without them.
-    """
-    package = Path(__file__).resolve().parent
-    for root in package.parents:
-        for found in (root / 'config', root / 'share' / 'eventreg_ros' / 'config'):
-            if (found / 'exact.yaml').is_file():
-                return found
-    raise ScenarioError(
-        f'the shipped scenarios are missing beside {package}; install the package again'
-    )
-
-
-def shipped() -> list[str]:
-    """Return the names of the shipped scenarios."""
-    return sorted(path.stem for path in config_directory().glob('*.yaml'))
-
-
-def load(scenario: str, overrides: Iterable[str] = (), implicit: Collection[str] = ()) -> Scenario:
-    """Read a scenario by the name of a shipped one or by the path of a parameter file.
-
-    ``overrides`` are strings ``NODE.PARAM:=VALUE``; NODE may be ``/**``, or one of the ``implicit``
-    nodes, which the scenario need not name. Raises ScenarioError or ParameterError, one line that
-    says what is wrong and how to mend it.
-    """
-    path = find(scenario)
-    try:
-        text = path.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f'scenario {path} must be a readable text file: {error}') from None
-    return parse(text, path.stem, overrides, implicit)
-
-
-def find(scenario: str) -> Path:
-    """Return the file of a scenario given by name or path. Raises ScenarioError."""
-    path = Path(scenario)
-    if path.suffix in ('.yaml', '.yml') or '/' in scenario:
-        if path.is_file():
-            return path
-        raise ScenarioError(f'scenario file {scenario!r} does not exist; check the path')
-    if scenario not in shipped():
-        raise ScenarioError(
-            f'no scenario {scenario!r}; shipped are {", ".join(shipped())}, '
-            f'or give the path of a .yaml file'
-        )
-    return config_directory() / f'{scenario}.yaml'
-
-
-def parse(
-    text: str, name: str, overrides: Iterable[str] = (), implicit: Collection[str] = ()
-) -> Scenario:
-    """Read a scenario from the text of a ROS parameter file; see :func:`load`."""
-    try:
-        given = _nodes(ros_yaml.load(text, name), name)
-    except RecursionError:
-        raise ScenarioError(f'scenario {name} nests without end; remove the alias') from None
-    for override in overrides:
-        _apply(override, given, implicit)
-    everyone = given.pop(WILDCARD, {})
-    for parameter in everyone:
-        if not is_ros_parameter(parameter) and not any(_has(n, parameter) for n in NODES):
-            known = {p.name: None for table in NODES.values() for p in table}
-            raise ParameterError(
-                f'{WILDCARD}.{parameter}: no node has the parameter {parameter!r}'
-                f'{hint(parameter, known)}'
-            )
-    if not given:
-        raise ScenarioError(
-            f'scenario {name} names no node; name at least one of {", ".join(NODES)}'
-        )
-    merged = {
-        node: {**{p: v for p, v in everyone.items() if _has(node, p)}, **values}
-        for node, values in given.items()
-    }
-    nodes = {node: resolve(node, values) for node, values in merged.items()}
-    checked = {
-        node: {p: nodes[node].get(p, v) for p, v in values.items()}
-        for node, values in merged.items()
-    }
-    return _distinct(Scenario(name, nodes, checked))
-
-
-def _distinct(scenario: Scenario) -> Scenario:
-    seen: dict[str, str] = {}
-    for node, values in scenario.nodes.items():
-        if (signal := values.get('output')) is None:
-            continue
-        if signal in seen:
-            raise ScenarioError(
-                f'scenario {scenario.name}: {seen[signal]} and {node} both publish {signal!r}; '
-                f'set {node}.output to another signal'
-            )
-        seen[signal] = node
-    return scenario
-
-
-def _has(node: str, parameter: str) -> bool:
-    return is_ros_parameter(parameter) or any(p.name == parameter for p in NODES[kind_of(node)])
-
-
-def _nodes(data: Any, name: str) -> dict[str, dict[str, Any]]:
-    """Bring the keys of a parameter file to plain node names; keep the order."""
-    if not isinstance(data, dict):
-        raise ScenarioError(
-            f'scenario {name} must be a ROS parameter file (NODE: ros__parameters: ...), '
-            f'got {type(data).__name__}'
-        )
-    nodes: dict[str, dict[str, Any]] = {}
-    for key, value in data.items():
-        node = WILDCARD if key == WILDCARD else str(key).removeprefix(WILDCARD).strip('/')
-        if node != WILDCARD and kind_of(node) not in NODES:
-            raise ScenarioError(f'scenario {name}: no node {key!r}{hint(node, NODES)}')
-        parameters = value.get('ros__parameters') if isinstance(value, dict) else None
-        if not isinstance(parameters, dict) or set(value) != {'ros__parameters'}:
-            raise ScenarioError(
-                f'scenario {name}: {key} must hold ros__parameters: and below it one line per '
-                f'parameter, got {value!r}'
-            )
-        nodes.setdefault(node, {}).update(_flat(parameters))
-    return nodes
-
-
-def _flat(parameters: Mapping[Any, Any], prefix: str = '') -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for name, value in parameters.items():
-        if isinstance(value, dict):
-            flat.update(_flat(value, f'{prefix}{name}.'))
-        else:
-            flat[f'{prefix}{name}'] = value
-    return flat
-
-
-def _apply(override: str, given: dict[str, dict[str, Any]], implicit: Collection[str]) -> None:
-    match = re.fullmatch(r'(/\*\*|[^.:\s]+)\.([^:\s]+):=(.*)', override, re.DOTALL)
-    if not match:
-        raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {override!r}')
-    node, parameter, text = match.groups()
-    node = node if node == WILDCARD else node.strip('/')
-    if node != WILDCARD and node not in given and node not in implicit:
-        raise ParameterError(
-            f'-p {override}: the scenario has no node {node!r}; it has '
-            + ', '.join(n for n in given if n != WILDCARD)
-        )
-    given.setdefault(node, {})[parameter] = ros_yaml.load(text, f'-p {override}')
-    if node == WILDCARD:
-        for name, values in given.items():
-            if name != WILDCARD and _has(name, parameter):
-                values.pop(parameter, None)

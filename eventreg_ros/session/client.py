@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
@@ -19,7 +20,11 @@ from std_msgs.msg import Header, UInt64
 from ..errors import EventregError
 from ..nodes import topics
 from ..nodes.ros import make_executor
+from ..runtime.figures import STEP
+from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
+from ..scenario import Scenario
+from ..scenario.scenario import INPUTS
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
@@ -33,7 +38,7 @@ _RESEND = 3.0
 """Seconds without an answer after which a request is sent again."""
 
 
-class Conductor:
+class Client:
     """A client of the lifecycle, parameter and diagnostics interfaces of the nodes of one run.
 
     ``alive`` is called while waiting; it raises when waiting makes no sense any more.
@@ -43,7 +48,7 @@ class Conductor:
         self._alive = alive
         self._context = Context()
 
-    def __enter__(self) -> Conductor:
+    def __enter__(self) -> Client:
         # The command handles its signals itself.
         self._context.init(args=['--ros-args', '--log-level', 'WARN'])
         self._node = rclpy.create_node('eventreg_run', context=self._context)
@@ -79,7 +84,7 @@ class Conductor:
             node = status.name.partition(':')[0]
             self._heard.add(node)
             self._seen[node] = {v.key: v.value for v in status.values}
-            if status.level == DiagnosticStatus.ERROR and 'step' not in self._seen[node]:
+            if status.level == DiagnosticStatus.ERROR and STEP not in self._seen[node]:
                 self.faults[node] = status.message
             elif status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
                 self.warnings.setdefault(node, []).append(status.message)
@@ -110,7 +115,7 @@ class Conductor:
 
         def on_reached(message: Header) -> None:
             stamp = message.stamp.sec * SECOND + message.stamp.nanosec
-            self._reached[message.frame_id] = grid.index(stamp)
+            self._reached[signed_by(message.frame_id)[0]] = grid.index(stamp)
 
         self._subscribe(topics.ALL_REACHED, on_reached)
         return lambda: min(self._reached.values())
@@ -209,27 +214,24 @@ class Conductor:
         self.until(lambda: not missing(), seconds, lambda: f'not matched: {", ".join(missing())}')
 
 
-def expected_matches(
-    nodes: Mapping[str, Mapping[str, Any]],
-) -> dict[str, dict[str, int]]:
+def expected_matches(scenario: Scenario) -> dict[str, dict[str, int]]:
     """Return, per node and endpoint, how many peers the nodes of a scenario will find.
 
-    ``nodes`` are resolved parameters by node; the keys are those of the nodes' diagnostics.
+    The keys are those of the nodes' diagnostics.
     """
-    published = {values['output'] for values in nodes.values() if 'output' in values}
-    monitored = set(nodes.get('spike_monitor', {}).get('signals', ()))
-    listened: dict[str, int] = {}
+    published = scenario.publishers
+    listened = Counter(signal for node in scenario.nodes for signal in scenario.inputs_of(node))
+    monitored = {s for node in scenario.of_kind('spike_monitor') for s in scenario.inputs_of(node)}
     expected: dict[str, dict[str, int]] = {}
-    for name, values in nodes.items():
-        inputs = [*values.get('excitatory', ()), *values.get('inhibitory', ())]
-        inputs += values.get('signals', ())
-        for signal in inputs:
-            listened[signal] = listened.get(signal, 0) + 1
-        expected[name] = {f'{s}.publishers': 1 for s in inputs if s in published}
-        if name == 'recorder' and not values['lockstep']:
-            spikes = [s for s in values['signals'] if s in monitored]
-            expected[name].update({f'spikes/{s}/count.publishers': 1 for s in spikes})
-    for name, values in nodes.items():
-        if 'output' in values:
-            expected[name][f'{values["output"]}.subscribers'] = listened.get(values['output'], 0)
+    for node, values in scenario.nodes.items():
+        names = [name for key in INPUTS for name in values.get(key, ())]
+        names += [values['input']] if 'input' in values else []
+        full = {name: scenario.signal(node, name) for name in names}
+        found = {f'{name}.publishers': 1 for name, signal in full.items() if signal in published}
+        if node in scenario.of_kind('recorder') and not values['lockstep']:
+            counted = [name for name, signal in full.items() if signal in monitored]
+            found |= {f'spikes/{name}/count.publishers': 1 for name in counted}
+        if (output := scenario.output_of(node)) is not None:
+            found[f'{values["output"]}.subscribers'] = listened[output]
+        expected[node] = found
     return expected

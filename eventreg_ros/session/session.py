@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import EventregError
 from ..scenario import Scenario
-from ..scenario.links import need_real_time
-from ..scenario.parameters import kind_of, resolve
-from ..simulation.wiring import count_steps
+from ..scenario.names import split
 from .domain import loopback_domain
+from .executables import executable_of
 from .processes import Processes, node_command
 
 if TYPE_CHECKING:
-    from .client import Conductor
+    from .client import Client
 
 LEAD = 1.5
 """Seconds between the activation of the nodes and the first sample."""
@@ -54,66 +53,6 @@ class Observer:
 
 class InterruptError(Exception):
     """SIGINT or SIGTERM: stop early, and judge what was recorded."""
-
-
-def complete(scenario: Scenario, bag: Path, file: Path) -> Scenario:
-    """Return the scenario with its spike monitor and a recorder of every signal.
-
-    What the scenario says of the two stays, but for the bag's path.
-    """
-    signals = list(scenario.publishers)
-    monitor, recorder = (scenario.given.get(name, {}) for name in ('spike_monitor', 'recorder'))
-    wanted = [s for s in recorder.get('signals', ()) if s not in signals]
-    extra: dict[str, dict[str, Any]] = {
-        'spike_monitor': {} if 'signals' in monitor else {'signals': signals},
-        'recorder': {
-            'signals': signals + wanted,
-            'path': str(bag.absolute()),
-            'scenario': str(file),
-            'scenario_name': scenario.name,
-        },
-    }
-    return _extended(scenario, extra)
-
-
-def in_lockstep(scenario: Scenario, seconds: float) -> Scenario:
-    """Return a completed scenario whose nodes go in lockstep for simulated ``seconds``.
-
-    An input that nobody publishes is left out, since nobody would send the sample to wait for.
-    Raises EventregError when there is not one step in ``seconds``.
-    """
-    steps = count_steps(seconds * scenario.time_scale, scenario.time_scale / scenario.rate)
-    if not steps:
-        raise EventregError(
-            f'{seconds:g} s hold not one step of 1 / {scenario.rate:g} s; take a longer --duration'
-        )
-    common = {'lockstep': True, 'use_sim_time': True}
-    others = {name: values for name, values in scenario.nodes.items() if name != 'clock'}
-    extra: dict[str, dict[str, Any]] = {name: dict(common) for name in others}
-    for name, values in others.items():
-        for key in ('excitatory', 'inhibitory', 'signals'):
-            if key in values:
-                extra[name][key] = [s for s in values[key] if s in scenario.publishers]
-        extra[name]['rate'] = scenario.rate
-    extra['clock'] = {
-        # a monitor of no signal has no step to make
-        'participants': [name for name in others if extra[name].get('signals') != []],
-        'steps': steps,
-        'rate': scenario.rate,
-        'lockstep_timeout': scenario.given.get('clock', {}).get(
-            'lockstep_timeout',
-            max(values.get('lockstep_timeout', 0.0) for values in others.values()),
-        ),
-    }
-    return _extended(scenario, extra)
-
-
-def _extended(scenario: Scenario, extra: Mapping[str, Mapping[str, Any]]) -> Scenario:
-    given = {name: dict(values) for name, values in scenario.given.items()}
-    for name, values in extra.items():
-        given[name] = {**given.get(name, {}), **values}
-    nodes = {name: resolve(name, values) for name, values in given.items()}
-    return Scenario(scenario.name, nodes, given)
 
 
 class Session:
@@ -166,15 +105,14 @@ class Session:
         stored = scratch / 'scenario' / f'{self.scenario.name}.yaml'
         stored.parent.mkdir()
         stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
-        whole = complete(self.scenario, self.bag, stored)
+        whole = self.scenario.with_recorder(str(self.bag.absolute()), str(stored))
         if self.lockstep:
-            need_real_time(self.scenario)
-            whole = in_lockstep(whole, self.duration)
+            whole = whole.in_lockstep(self.duration)
             self.duration = whole.nodes['clock']['steps'] / whole.rate
         parameters = scratch / 'parameters.yaml'
         parameters.write_text(whole.to_yaml(), encoding='utf-8')
         os.environ.update(environment)
-        from .client import Conductor
+        from .client import Client
 
         self.observer.began(
             f'{self.scenario.name}: {", ".join(whole.nodes)} on ROS_DOMAIN_ID='
@@ -182,74 +120,73 @@ class Session:
             f'{environment["ROS_AUTOMATIC_DISCOVERY_RANGE"]}'
         )
         try:
-            self._start(list(whole.nodes), parameters, environment)
-            with Conductor(self._refuse_death) as conductor:
-                self._conduct(conductor, whole)
+            self._start(whole, parameters, environment)
+            with Client(self._refuse_death) as client:
+                self._conduct(client, whole)
         finally:
             with uninterrupted():
                 self.processes.stop(['recorder'])  # first, so that the bag ends with all signals
                 self.processes.stop()
 
-    def _start(self, nodes: list[str], parameters: Path, environment: dict[str, str]) -> None:
+    def _start(self, scenario: Scenario, parameters: Path, environment: dict[str, str]) -> None:
         arguments = ['--params-file', str(parameters), '-p', 'autostart:=false']
         arguments += ['--log-level', 'WARN']
         if self.composed:
-            command = node_command('composed', arguments, nodes)
+            command = node_command('composed', arguments, list(scenario.nodes))
             self.processes.start('the process of all nodes', command, environment)
             return
-        for node in nodes:
-            named = ['-r', f'__node:={node}'] if kind_of(node) != node else []
-            command = node_command(kind_of(node), [*arguments, *named])
+        for node in scenario.nodes:
+            command = [*executable_of(scenario, node), '--ros-args', *arguments, *_named(node)]
             self.processes.start(node, command, environment)
 
     def _refuse_death(self) -> None:
         for node in self.processes.look():
             raise EventregError(f'{node} {self.processes.died[node]} before the run began')
 
-    def _conduct(self, conductor: Conductor, whole: Scenario) -> None:
+    def _conduct(self, client: Client, whole: Scenario) -> None:
         from .client import ACTIVATE, CONFIGURE, expected_matches
 
         nodes = list(whole.nodes)
-        conductor.watch(whole.nodes['spike_monitor']['signals'])
-        conductor.transition(nodes, CONFIGURE)
-        conductor.wait_matched(expected_matches(whole.nodes), 30.0)
+        client.watch(whole.nodes['spike_monitor']['signals'])
+        client.transition(nodes, CONFIGURE)
+        client.wait_matched(expected_matches(whole), 30.0)
         if self.lockstep:
-            elapsed = self._step_clock(conductor, whole)
+            elapsed = self._step_clock(client, whole)
         else:
-            start = conductor.now() + LEAD
+            start = client.now() + LEAD
             ticking = [n for n, values in whole.nodes.items() if 'start_time' in values]
-            conductor.set_start(ticking, start)
-            elapsed = lambda: conductor.now() - start  # noqa: E731
+            client.set_start(ticking, start)
+            elapsed = lambda: client.now() - start  # noqa: E731
         among = [n for n in nodes if n not in FIRST + LAST]
         for group in (FIRST, among, [n for n in LAST if n in nodes]):
-            conductor.transition(list(group), ACTIVATE)
+            client.transition(list(group), ACTIVATE)
         if elapsed() > 0.0 and not self.lockstep:
             self.observer.warned('the machine is slow: the nodes did not start at the same instant')
         self.started = True
-        self._watch(conductor, elapsed)
+        self._watch(client, elapsed)
 
-    def _step_clock(self, conductor: Conductor, whole: Scenario) -> Callable[[], float]:
+    def _step_clock(self, client: Client, whole: Scenario) -> Callable[[], float]:
         """Return the simulated seconds that all participants have behind them."""
         participants = whole.nodes['clock']['participants']
-        reached = conductor.follow(participants, whole.rate)
+        reached = client.follow(participants, whole.rate)
         return lambda: reached() / whole.rate
 
-    def _watch(self, conductor: Conductor, elapsed: Callable[[], float]) -> None:
+    def _watch(self, client: Client, elapsed: Callable[[], float]) -> None:
         looked = time.monotonic()
         while (now := elapsed()) < self.duration - 1e-9:
-            conductor.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
+            client.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
             self._tell_deaths(now)
-            self._note_faults(conductor)
+            self._note_faults(client)
             if self.lockstep:
-                self._note_standstill(conductor, now, min(time.monotonic() - looked, LONG))
+                self._note_standstill(client, now, min(time.monotonic() - looked, LONG))
                 looked = time.monotonic()
-            self.observer.progressed(max(0.0, now), conductor.counts)
+            self.observer.progressed(max(0.0, now), client.counts)
             if self.over or (self.lockstep and self.troubles):
                 return
-        self.observer.progressed(self.duration, conductor.counts, last=True)
+        self.observer.progressed(self.duration, client.counts, last=True)
         if not self.lockstep:
-            self.timing = {node: conductor.seen(node) for node in self.scenario.nodes}
-            self.warnings = conductor.warnings
+            self.timing = {node: client.seen(node) for node in self.scenario.nodes}
+            self.warnings = client.warnings
 
     def _tell_deaths(self, elapsed: float) -> None:
         for node in self.processes.look():
@@ -260,28 +197,39 @@ class Session:
                 continue
             self.observer.warned(
                 f'{how}; the others run on, and it may be started again: '
-                f'ros2 run eventreg_ros {kind_of(node)}'
+                f'ros2 run eventreg_ros {split(node).kind}'
             )
 
-    def _note_faults(self, conductor: Conductor) -> None:
+    def _note_faults(self, client: Client) -> None:
         """In lockstep a node at fault stops the run; in real time the others go on."""
-        for node, message in conductor.faults.items():
+        for node, message in client.faults.items():
             trouble = f'{node.strip("/")}: {message}'
             if trouble not in self.troubles:
                 self.troubles.append(trouble)
 
-    def _note_standstill(self, conductor: Conductor, elapsed: float, passed: float) -> None:
+    def _note_standstill(self, client: Client, elapsed: float, passed: float) -> None:
         """In lockstep all wait for all: note what the nodes themselves cannot say.
 
         ``passed``: the seconds since the last look, few even if we ourselves were stopped.
         """
-        self._silent = 0.0 if conductor.take_heard('clock') else self._silent + passed
+        self._silent = 0.0 if client.take_heard('clock') else self._silent + passed
         self._without_step = self._without_step + passed if elapsed < 0.0 else 0.0
         if self._silent > SILENCE:
             self.troubles.append(f'clock has said nothing for {self._silent:.0f} s; it was stopped')
         elif self._without_step > FIRST_STEP:
-            missing = conductor.seen('clock').get('waiting_for') or 'the clock'
+            missing = client.seen('clock').get('waiting_for') or 'the clock'
             self.troubles.append(f'no step within {FIRST_STEP:g} s: {missing} did not come so far')
+
+
+def _named(node: str) -> list[str]:
+    """Return the arguments that give a node its name, and its namespace's share of the clock."""
+    from ..nodes.topics import SHARED
+
+    namespace, _, name = node.rpartition('/')
+    rules = [f'__node:={name}']
+    if namespace:
+        rules += [f'__ns:=/{namespace}', *SHARED]
+    return [word for rule in rules for word in ('-r', rule)]
 
 
 @contextmanager

@@ -17,11 +17,13 @@ Advance = Callable[[State, Any, Any, Any, Params, float], tuple[State, float]]
 class BlockSpec:
     """Everything that decides what a block does; a scenario holds one for each of its blocks.
 
-    ``inputs`` are (signal, sign) with sign +1.0 or -1.0, in the order in which they are summed;
-    ``rate`` is in steps per second, ``time_scale`` in model time units per second.
+    ``name`` is its node's, ``role`` one of :data:`..models.ROLES`. ``inputs`` are (signal, sign)
+    with sign +1.0 or -1.0, in the order in which they are summed; ``rate`` is in steps per second,
+    ``time_scale`` in model time units per second.
     """
 
     name: str
+    role: str
     model: Model
     params: Params
     x0: State
@@ -49,7 +51,7 @@ def make_advance(model: Model, compile: Compile = plain) -> Advance:
     entry per input; see :mod:`.hold`. ``compile`` is applied to every function on the way.
     """
     step = make_step(model.rhs, model.dimension, compile)
-    output, add_up = compile(model.output), compile(drive)
+    output, add_up, confine = compile(model.output), compile(drive), compile(model.confine)
 
     def advance(
         x: State, sign: Any, base: Any, slope: Any, p: Params, h: float
@@ -57,7 +59,7 @@ def make_advance(model: Model, compile: Compile = plain) -> Advance:
         d0 = add_up(sign, base, slope, 0.0)
         dm = add_up(sign, base, slope, 0.5)
         d1 = add_up(sign, base, slope, 1.0)
-        x = step(x, d0, dm, d1, p, h)
+        x = confine(step(x, d0, dm, d1, p, h), p)
         return x, output(x, d1, p)
 
     return compile(advance)  # type: ignore[no-any-return]

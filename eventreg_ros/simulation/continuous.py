@@ -6,18 +6,17 @@ scipy's DOP853 (order 8) integrates it, from one jump of the stimulus to the nex
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from ..errors import EventregError
-from ..models.roles import STIMULUS_OUTPUT
-from .block import BlockSpec
+from .loop import Loop
+from .model_time import count_steps, model_times
 from .stimulus import Stimulus
 from .system import System
 from .trajectory import Array, Trajectory
-from .wiring import common_grid, count_steps, model_times
 
 RTOL, ATOL = 1e-10, 1e-12
 """Tolerances of the integrator: with them the trajectories meet the truth well within 1e-6."""
@@ -27,87 +26,81 @@ FIRST, EACH = 200_000, 20_000
 
 
 def simulate(
-    blocks: Mapping[str, BlockSpec],
-    stimulus: Stimulus | None,
-    duration: float,
-    h: float | None = None,
-    *,
-    stimulus_output: str = STIMULUS_OUTPUT,
-    rtol: float = RTOL,
-    atol: float = ATOL,
+    loop: Loop, duration: float, h: float | None = None, *, rtol: float = RTOL, atol: float = ATOL
 ) -> Trajectory:
-    """Integrate all ``blocks`` together from their x0 over ``duration`` of model time.
+    """Integrate all blocks of ``loop`` together from their x0 over ``duration`` of model time.
 
-    Returns every block's output, and the stimulus' as ``stimulus_output`` if there is one, at n * h
-    from 0 to ``duration``; ``h`` is in model time, by default the blocks' time_scale / rate. An
-    input that nobody publishes counts as 0. Raises EventregError when the blocks do not agree on
-    that step, close an algebraic loop, their state stops being finite, or they are too stiff.
+    Returns every signal of the loop at n * h from 0 to ``duration``; ``h`` is in model time, by
+    default the blocks' time_scale / rate. An input that nobody publishes counts as 0. Raises
+    EventregError when the blocks do not agree on that step, close an algebraic loop, their state
+    stops being finite, or they are too stiff.
     """
-    scale, rate = (h, 1.0) if h is not None else common_grid(blocks)
+    scale, rate = (h, 1.0) if h is not None else loop.grid
     t = model_times(count_steps(duration, scale / rate), scale, rate)
-    system = System(blocks, stimulus_output if stimulus is not None else None)
-    v = np.array([stimulus(time) for time in t.tolist()]) if stimulus is not None else 0.0 * t
-    states = _integrate(system, stimulus, t, duration, rtol, atol)
-    values = system.signals(v, states)
-    return Trajectory(t, {name: np.array(values[i]) for name, i in system.slots.items()})
+    integration = _Integration(System(loop), tuple(loop.stimuli.values()), rtol, atol)
+    states = integration.run(t, duration)
+    v = [np.array([stimulus(time) for time in t.tolist()]) for stimulus in integration.stimuli]
+    values = integration.system.signals(v, states)
+    slots = integration.system.slots
+    return Trajectory(t, {name: values[i] + np.zeros(len(t)) for name, i in slots.items()})
 
 
-def _integrate(
-    system: System,
-    stimulus: Stimulus | None,
-    t: Array,
-    duration: float,
-    rtol: float,
-    atol: float,
-) -> Array:
-    """Return the states at ``t``, shape (states, samples), restarting where the stimulus jumps."""
-    x = np.array(system.x0)
-    found = np.empty((len(x), len(t)))
-    budget = Budget()
-    edges = [0.0, *(stimulus.breaks(duration) if stimulus is not None else ()), duration]
-    for start, end in pairwise(edges):
-        last = len(t) if end == duration else int(np.searchsorted(t, end))
-        first = int(np.searchsorted(t, start)) if start else 0
-        inside = np.clip(t[first:last], start, end)
-        states = _segment(system, stimulus, x, start, end, inside, budget, rtol, atol)
-        found[:, first:last], x = states[:, : last - first], states[:, -1]
-    return found
+class _Integration:
+    """One integration of a system, restarted wherever a stimulus jumps."""
 
+    def __init__(
+        self, system: System, stimuli: tuple[Stimulus, ...], rtol: float, atol: float
+    ) -> None:
+        self.system, self.stimuli = system, stimuli
+        self._rtol, self._atol = rtol, atol
+        self._budget = Budget()
 
-def _segment(
-    system: System,
-    stimulus: Stimulus | None,
-    x: Array,
-    start: float,
-    end: float,
-    t: Array,
-    budget: Budget,
-    rtol: float,
-    atol: float,
-) -> Array:
-    """Integrate from ``x`` over an interval without jumps; return the states at ``t`` and ``end``.
+    def run(self, t: Array, duration: float) -> Array:
+        """Return the states at ``t``, shape (states, samples)."""
+        x = np.array(self.system.x0)
+        found = np.empty((len(x), len(t)))
+        jumps = {time for stimulus in self.stimuli for time in stimulus.breaks(duration)}
+        for start, end in pairwise([0.0, *sorted(jumps), duration]):
+            last = len(t) if end == duration else int(np.searchsorted(t, end))
+            first = int(np.searchsorted(t, start)) if start else 0
+            inside = np.clip(t[first:last], start, end)
+            states = self._segment(x, start, end, inside)
+            found[:, first:last], x = states[:, : last - first], states[:, -1]
+        return found
 
-    When ``t`` ends with ``end``, that state is there once.
-    """
-    from scipy.integrate import solve_ivp
+    def _segment(self, x: Array, start: float, end: float, t: Array) -> Array:
+        """Integrate from ``x`` over an interval without jumps; the states at ``t`` and ``end``.
 
-    if start == end:
-        return x[:, None]
-    at = np.unique(np.append(t, end))
-    margin = 1e-12 * end  # v is read strictly inside: at its ends it may have jumped already
+        When ``t`` ends with ``end``, that state is there once.
+        """
+        from scipy.integrate import solve_ivp
 
-    def rhs(time: float, state: Array) -> list[float]:
-        budget.spend(time)
-        v = 0.0 if stimulus is None else stimulus(min(max(time, start + margin), end - margin))
-        return system.derivative(v, state.tolist())
+        if start == end:
+            return x[:, None]
+        at = np.unique(np.append(t, end))
+        rhs = self._rhs(start, end)
+        with np.errstate(all='ignore'):
+            if not all(map(math.isfinite, rhs(start, x))):
+                raise _not_finite(start)
+            result = solve_ivp(rhs, (start, end), x, 'DOP853', at, rtol=self._rtol, atol=self._atol)
+        if not (result.success and np.isfinite(result.y).all()):
+            raise _not_finite(float(result.t[-1]) if len(result.t) else start, result.message)
+        return np.asarray(result.y)
 
-    with np.errstate(all='ignore'):
-        if not all(map(math.isfinite, rhs(start, x))):
-            raise _not_finite(start)
-        result = solve_ivp(rhs, (start, end), x, 'DOP853', at, rtol=rtol, atol=atol)
-    if not (result.success and np.isfinite(result.y).all()):
-        raise _not_finite(float(result.t[-1]) if len(result.t) else start, result.message)
-    return np.asarray(result.y)
+    def _rhs(self, start: float, end: float) -> Callable[[float, Array], list[float]]:
+        """Return x' as a function of (t, x) between two jumps.
+
+        The stimuli are read strictly inside: at the ends they may have jumped already.
+        """
+        margin = 1e-12 * end
+
+        def rhs(time: float, state: Array) -> list[float]:
+            self._budget.spend(time)
+            inside = min(max(time, start + margin), end - margin)
+            v = [stimulus(inside) for stimulus in self.stimuli]
+            return self.system.derivative(v, state.tolist())
+
+        return rhs
 
 
 class Budget:

@@ -2,12 +2,51 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import EventregError
+from .model_time import MAX_STEPS
+
 Index = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Impairment:
+    """What happens to every sample on every link; ``delay`` and ``jitter`` in model time.
+
+    Each sample is lost with probability ``loss``, else it comes ``delay``, rounded to whole steps,
+    and a uniform part of ``jitter`` late. ``seed`` is of loss and jitter. Links of signals that are
+    not ``on`` are perfect; None: all links are impaired. Raises EventregError for a bad value.
+    """
+
+    delay: float = 0.0
+    loss: float = 0.0
+    jitter: float = 0.0
+    seed: int = 0
+    on: frozenset[str] | None = None
+
+    def __post_init__(self) -> None:
+        limits = {'delay': math.inf, 'jitter': math.inf, 'loss': 1.0}
+        for name, high in limits.items():
+            value = getattr(self, name)
+            if not 0.0 <= value <= high:
+                raise EventregError(f'{name} must be >= 0 and <= {high:g}, got {value!r}')
+        if self.seed < 0:
+            raise EventregError(f'seed must be >= 0, got {self.seed}')
+
+    @property
+    def random(self) -> bool:
+        """Whether the seed matters."""
+        return self.loss > 0.0 or self.jitter > 0.0
+
+
+PERFECT = Impairment()
 
 
 class Received(NamedTuple):
@@ -22,26 +61,23 @@ class Received(NamedTuple):
 
 
 def received(
-    links: int,
-    steps: int,
-    *,
-    delay: int = 0,
-    loss: float = 0.0,
-    jitter: float = 0.0,
-    seed: int = 0,
+    signals: Sequence[str], steps: int, h: float, impairment: Impairment = PERFECT
 ) -> Received:
-    """Return what ``links`` links have at each of ``steps`` steps; sample s is sent at step s.
+    """Return what the links of ``signals`` have at each of ``steps`` steps of length ``h``.
 
-    Each sample is lost with probability ``loss``, else it arrives ``delay`` steps later plus a
-    uniform part of ``jitter`` (steps), rounded down: a node takes a step with all that has come
-    until it is due. One that arrives after a newer one is discarded; of those that arrive together
-    all are used, in order. Every link has random numbers of its own, which depend on ``seed`` and
-    the link only: the same draws, whatever loss, jitter and duration.
+    Sample s is sent at step s. Delay and jitter are rounded, the jitter down: a node takes a step
+    with all that has come until it is due. A sample that arrives after a newer one is discarded; of
+    those that arrive together all are used, in order. Every link has random numbers of its own,
+    which depend on its place and the seed only: the same draws, whatever loss, jitter and duration.
     """
-    newest = np.empty((links, steps), dtype=np.int64)
+    delay = round(min(impairment.delay / h, float(steps)))
+    jitter = min(impairment.jitter / h, float(MAX_STEPS))
+    newest = np.empty((len(signals), steps), dtype=np.int64)
     previous = np.empty_like(newest)
-    for link in range(links):
-        sent, arrival = _arrivals(link, steps, delay, loss, jitter, seed)
+    for link, signal in enumerate(signals):
+        impaired = impairment.on is None or signal in impairment.on
+        law = (delay, impairment.loss, jitter) if impaired else (0, 0.0, 0.0)
+        sent, arrival = _arrivals(link, steps, *law, impairment.seed)
         have = np.cumsum(np.bincount(arrival[arrival < steps], minlength=steps)[:steps])
         sent = np.concatenate(([-1, -1], sent))
         newest[link], previous[link] = sent[have + 1], sent[have]

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from ..errors import EventregError
 from ..models import Model, Params
 from .block import BlockSpec
 from .hold import drive as add_up
-from .wiring import published
+from .loop import Loop
 
 
 class _Part(NamedTuple):
     """One block within the system: where its states, its inputs and its output are."""
 
+    name: str
     model: Model
     params: Params
     first: int
@@ -28,24 +29,25 @@ class _Part(NamedTuple):
 class System:
     """All blocks as one ODE: x' = f(v, x), x the states of all blocks one after the other.
 
-    ``x0`` is the initial state; ``slots`` says where :meth:`signals` has each signal.
+    ``x0`` is the initial state; ``slots`` says where :meth:`signals` has each signal. Raises
+    EventregError when blocks close an algebraic loop.
     """
 
-    def __init__(self, blocks: Mapping[str, BlockSpec], stimulus_output: str | None = None) -> None:
-        names = published(blocks, stimulus_output)
-        self.slots = {name: 1 + i for i, name in enumerate(names)}
-        self._v = self.slots.get(stimulus_output or '', 0)
-        self.x0 = [x for spec in blocks.values() for x in spec.x0]
+    def __init__(self, loop: Loop) -> None:
+        self.slots = {name: 1 + i for i, name in enumerate(loop.signals)}
+        self._unknown = [0.0] * len(loop.blocks)
+        self.x0 = [x for spec in loop.blocks.values() for x in spec.x0]
         self._parts, first = [], 0
-        for spec in blocks.values():
+        for name, spec in loop.blocks.items():
             last = first + spec.model.dimension
-            self._parts.append(self._part(spec, first, last))
+            self._parts.append(self._part(name, spec, first, last))
             first = last
         self._direct = [part for part in self._parts if not part.model.feedthrough]
-        self._through = _in_order([part for part in self._parts if part.model.feedthrough], blocks)
+        self._through = _in_order([part for part in self._parts if part.model.feedthrough])
 
-    def _part(self, spec: BlockSpec, first: int, last: int) -> _Part:
+    def _part(self, name: str, spec: BlockSpec, first: int, last: int) -> _Part:
         return _Part(
+            name,
             spec.model,
             spec.params,
             first,
@@ -56,13 +58,13 @@ class System:
             self.slots[spec.output],
         )
 
-    def signals(self, v: Any, x: Any) -> list[Any]:
+    def signals(self, v: Sequence[Any], x: Any) -> list[Any]:
         """Return all signals, by slot; slot 0 is 0, the input that nobody publishes.
 
-        ``v`` and the entries of ``x`` are floats, or arrays of one shape (then so are the signals).
+        ``v`` are the open inputs, in the order of the loop's stimuli. They and the entries of ``x``
+        are floats, or arrays of one shape (then so are the signals).
         """
-        values = [0.0] * (1 + len(self.slots))
-        values[self._v] = v if self._v else 0.0
+        values = [0.0, *v, *self._unknown]
         for part in self._direct:
             values[part.slot] = part.model.output(x[part.first : part.last], 0.0, part.params)
         for part in self._through:
@@ -70,7 +72,7 @@ class System:
             values[part.slot] = part.model.output(state, drive, part.params)
         return values
 
-    def derivative(self, v: float, x: Any) -> list[float]:
+    def derivative(self, v: Sequence[float], x: Any) -> list[float]:
         """Return x' by model time."""
         values = self.signals(v, x)
         slope: list[float] = []
@@ -84,7 +86,7 @@ class System:
         return add_up(part.sign, [values[i] for i in part.sources], part.still, 0.0)
 
 
-def _in_order(parts: list[_Part], blocks: Mapping[str, BlockSpec]) -> list[_Part]:
+def _in_order(parts: list[_Part]) -> list[_Part]:
     """Sort blocks with feedthrough so that each comes after those that it reads.
 
     Raises EventregError when they go round in a circle.
@@ -94,9 +96,9 @@ def _in_order(parts: list[_Part], blocks: Mapping[str, BlockSpec]) -> list[_Part
         waiting = {part.slot for part in parts}
         ready = [part for part in parts if not waiting.intersection(part.sources)]
         if not ready:
-            names = [name for name, spec in blocks.items() if spec.model.feedthrough]
+            names = ', '.join(part.name for part in parts)
             raise EventregError(
-                f'algebraic loop: the outputs of {", ".join(names)} depend on each other at the '
+                f'algebraic loop: the outputs of {names} depend on each other at the '
                 f'same instant; rewire one, or simulate with --sampled'
             )
         done += ready

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 from ..models.model import Model, Params
 from ..models.neuron import NEURON, OSCILLATOR
+from ..simulation.block import BlockSpec
 from .internal_model import Copy, compare, embeds
 from .lemmas import Contraction, Status, antiphase_oscillates, lemma_1, lemma_2, rests
 
-Number = float | bool | list[float] | list[list[float]] | None
+Number = float | bool | str | list[float] | list[list[float]] | None
 
 
 @dataclass(frozen=True)
@@ -105,18 +106,19 @@ def _zero(rate: float) -> float:
     return 0.0 if abs(rate) < 1e-12 else rate
 
 
-def error_system(plant: Params, reference: Params) -> Certificate:
+def error_system(plant: BlockSpec, reference: BlockSpec) -> Certificate:
     """Return Lemma 1 for a plant and a reference neuron in parallel: the weaker of the two."""
-    both = [lemma_1(plant), lemma_1(reference)]
+    both = [lemma_1(plant.params), lemma_1(reference.params)]
     weaker = min(both, key=lambda found: found.rate)
     value = _zero(weaker.rate) if weaker.status != 'none' else None
     text = (
         'The error y - y_r comes from plant and reference in parallel, which contract together if '
         'each does. The paper concludes it from Lemma 1 for the reference; with k_p = k_r that '
-        f'covers the plant. Here k_p = {plant[0]:.6g} and k_r = {reference[0]:.6g}: the weaker '
-        'decides.'
+        f'covers the plant. Here k_p = {plant.params[0]:.6g} and k_r = {reference.params[0]:.6g}: '
+        'the weaker decides.'
     )
-    return Certificate('plant and reference', 'error_system', weaker.status, value, RATE, text)
+    subject = f'{plant.name} and {reference.name}'
+    return Certificate(subject, 'error_system', weaker.status, value, RATE, text)
 
 
 DIFFERENCE = 'largest relative difference of k and tau'
@@ -131,9 +133,9 @@ def _differences(copy: Copy) -> tuple[float | None, str]:
     return max(abs(value) for value in known.values()), words
 
 
-def reference_copy(plant: tuple[Model, Params], reference: tuple[Model, Params]) -> Certificate:
+def reference_copy(plant: BlockSpec, reference: BlockSpec) -> Certificate:
     """Say whether the reference is a copy of the plant, as (k_r, tau_r) = (k_p, tau_p) asks."""
-    copy = compare(*reference, *plant)
+    copy = compare(reference.model, reference.params, plant.model, plant.params)
     value, words = _differences(copy)
     text = (
         'The reference is a copy of the plant: y_r is what the undisturbed plant would do.'
@@ -143,25 +145,24 @@ def reference_copy(plant: tuple[Model, Params], reference: tuple[Model, Params])
     )
     numbers: dict[str, Number] = {'k': copy.k, 'tau': copy.tau}
     status: Status = 'pass' if copy.exact else 'fail'
-    return Certificate('reference', 'reference_copy', status, value, DIFFERENCE, text, numbers)
+    return Certificate(reference.name, 'reference_copy', status, value, DIFFERENCE, text, numbers)
 
 
-def internal_model(
-    controller: tuple[Model, Params], exosystem: tuple[Model, Params]
-) -> list[Certificate]:
+def internal_model(controller: BlockSpec, exosystem: BlockSpec) -> list[Certificate]:
     """Say whether the controller can produce w at y = 0, and how far it is from a copy.
 
     With one neuron as the controller the argument why that fails is a certificate of its own.
     """
-    copy, status = compare(*controller, *exosystem), embeds(*controller, *exosystem)
+    both = (controller.model, controller.params, exosystem.model, exosystem.params)
+    copy, status = compare(*both), embeds(*both)
     value, words = _differences(copy)
     numbers: dict[str, Number] = {'exact_copy': copy.exact, 'k': copy.k, 'tau': copy.tau}
     text = _internal_model_words(copy, status, words)
     found = [
-        Certificate('controller', 'internal_model', status, value, DIFFERENCE, text, numbers),
+        Certificate(controller.name, 'internal_model', status, value, DIFFERENCE, text, numbers),
     ]
-    if controller[0] is NEURON and exosystem[0] is OSCILLATOR:
-        found.append(single_neuron(controller[1], status))
+    if controller.model is NEURON and exosystem.model is OSCILLATOR:
+        found.append(single_neuron(controller, status))
     return found
 
 
@@ -183,8 +184,9 @@ def _internal_model_words(copy: Copy, status: Status, differences: str) -> str:
     )
 
 
-def single_neuron(p: Params, status: Status) -> Certificate:
+def single_neuron(controller: BlockSpec, status: Status) -> Certificate:
     """Return the paper's argument why one neuron as the controller fails, and what it covers."""
+    p = controller.params
     k, tau = p[:2]
     if k > 1.0:
         text = (
@@ -205,4 +207,4 @@ def single_neuron(p: Params, status: Status) -> Certificate:
         text = 'k = 0: the neuron oscillates by itself, but y does not reach it.'
     numbers: dict[str, Number] = {'k': k, 'tau': tau, 'rests': rests(p)}
     meaning = 'conductance k of the neuron'
-    return Certificate('controller', 'single_neuron', status, k, meaning, text, numbers)
+    return Certificate(controller.name, 'single_neuron', status, k, meaning, text, numbers)

@@ -1,22 +1,33 @@
-"""All certificates of a scenario: what theory says of it, and what is measured beyond."""
+"""All certificates of a loop: what theory says of it, and what is measured beyond."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 
 from ..models.linear import HARMONIC, INTERNAL_MODEL, LAG
 from ..models.neuron import NEURON
-from ..models.roles import ROLES
-from ..scenario import Scenario
-from ..simulation.block import BlockSpec
 from ..simulation.continuous import simulate
-from ..simulation.stimulus import Stimulus
-from .certificates import Certificate, Number, error_system, internal_model, lemma, reference_copy
+from ..simulation.loop import Loop
+from .bank import bank
+from .certificates import (
+    Certificate,
+    Number,
+    error_system,
+    internal_model,
+    lemma,
+    reference_copy,
+)
 from .lemmas import Status
 from .linear_certificates import linear_loop
-from .lyapunov import PERTURBED, TIME, TRANSIENT, UnboundedError, conditional_exponent
+from .lyapunov import (
+    PERTURBED,
+    TIME,
+    TRANSIENT,
+    NoJacobianError,
+    UnboundedError,
+    conditional_exponent,
+)
+from .wiring import Circuit, circuits
 
 MOVES = 1e-3
 """A signal that ranges further than this has not come to rest."""
@@ -24,43 +35,24 @@ MOVES = 1e-3
 EXPONENT = 'largest conditional Lyapunov exponent per unit of model time'
 
 
-def certify(scenario: Scenario, time: float = TIME) -> list[Certificate]:
-    """Return the certificates of a scenario: theory first, then what was measured.
+def certify(loop: Loop, time: float = TIME) -> list[Certificate]:
+    """Return the certificates of a loop: theory first, then what was measured.
 
     ``time`` is the model time over which each Lyapunov exponent is averaged; at the default the
-    shipped scenarios take one to four seconds. Raises EventregError for a scenario that cannot be
-    read.
+    shipped scenarios take one to four seconds.
     """
-    blocks = scenario.loop.blocks
-    found = [lemma(b.name, b.model, b.params, _driven(b, scenario)) for b in blocks.values()]
-    certificates = [certificate for certificate in found if certificate is not None]
-    if _paper_wiring(scenario):
-        certificates += _loop(blocks)
-    else:
+    published = set(loop.signals)
+    certificates: list[Certificate] = []
+    for name, block in loop.blocks.items():
+        driven = any(signal in published for signal, _ in block.inputs)
+        found = lemma(name, block.model, block.params, driven)
+        certificates += [found] if found is not None else []
+    wired = circuits(loop)
+    if wired is None:
         certificates.append(_other_wiring())
-    return certificates + _measured(scenario, time)
-
-
-def _driven(block: BlockSpec, scenario: Scenario) -> bool:
-    return any(signal in scenario.publishers for signal, _ in block.inputs)
-
-
-def _paper_wiring(scenario: Scenario) -> bool:
-    """Say whether the signals that are published go where the paper's figures have them go."""
-    published = set(scenario.publishers)
-
-    def wiring(inputs: set[tuple[str, float]], output: str) -> tuple[set[tuple[str, float]], str]:
-        return {(signal, sign) for signal, sign in inputs if signal in published}, output
-
-    return all(
-        wiring(set(block.inputs), block.output) == wiring(_signs(role), ROLES[role].output)
-        for role, block in scenario.blocks.items()
-    )
-
-
-def _signs(role: str) -> set[tuple[str, float]]:
-    spec = ROLES[role]
-    return {(s, 1.0) for s in spec.excitatory} | {(s, -1.0) for s in spec.inhibitory}
+    else:
+        certificates += [found for circuit in wired for found in _theory(circuit)]
+    return certificates + _measured(loop, time)
 
 
 def _other_wiring() -> Certificate:
@@ -71,56 +63,54 @@ def _other_wiring() -> Certificate:
     return Certificate('loop', 'wiring', 'none', None, '', text)
 
 
-def _loop(blocks: Mapping[str, BlockSpec]) -> list[Certificate]:
-    """Return what theory says of blocks in the paper's wiring."""
-    part = {role: (block.model, block.params) for role, block in blocks.items()}
-    plant, reference = part.get('plant'), part.get('reference')
-    controller, exosystem = part.get('controller'), part.get('exosystem')
+def _theory(circuit: Circuit) -> list[Certificate]:
+    """Return what theory says of a plant and the blocks around it, in the paper's wiring."""
+    plant, reference = circuit.plant, circuit.reference
+    exosystems, controllers = circuit.exosystems, circuit.controllers
     found: list[Certificate] = []
     if plant and reference:
-        if plant[0] is NEURON and reference[0] is NEURON:
-            found.append(error_system(plant[1], reference[1]))
+        if plant.model is NEURON and reference.model is NEURON:
+            found.append(error_system(plant, reference))
         found.append(reference_copy(plant, reference))
-    if controller and exosystem:
-        found += internal_model(controller, exosystem)
-    if plant and plant[0] is LAG and (controller is None or controller[0] is INTERNAL_MODEL):
-        disturbed = exosystem is not None and exosystem[0] is HARMONIC
-        found += linear_loop(controller[1] if controller else None, disturbed)
+    if len(controllers) == 1 and len(exosystems) == 1:
+        found += internal_model(controllers[0], exosystems[0])
+    elif controllers and exosystems:
+        found += bank(controllers, exosystems)
+    if plant and plant.model is LAG and _is_linear_motif(circuit):
+        disturbed = [exosystem.model is HARMONIC for exosystem in exosystems] == [True]
+        found += linear_loop(controllers[0].params if controllers else None, disturbed)
     return found
 
 
-def _measured(scenario: Scenario, time: float) -> list[Certificate]:
+def _is_linear_motif(circuit: Circuit) -> bool:
+    one = len(circuit.controllers) <= 1 and len(circuit.exosystems) <= 1
+    return one and all(block.model is INTERNAL_MODEL for block in circuit.controllers)
+
+
+def _measured(loop: Loop, time: float) -> list[Certificate]:
     """Return the exponents with and without w, with and without v, and what they say together."""
-    blocks, v, output = scenario.loop
-    if not {'plant', 'controller'}.intersection(blocks):
+    if not loop.of_role('plant', 'controller'):
         return []
-    quiet = {name: block for name, block in blocks.items() if name != 'exosystem'}
-    cases: list[tuple[str, str, Mapping[str, BlockSpec], Stimulus | None]] = []
-    if 'exosystem' in blocks:
-        cases.append(('driven', 'with w and v' if v else 'with w', blocks, v))
+    quiet, v = loop.without('exosystem'), bool(loop.stimuli)
+    cases: list[tuple[str, str, Loop]] = []
+    if loop.of_role('exosystem'):
+        cases.append(('driven', 'with w and v' if v else 'with w', loop))
     if v:
-        cases.append(('driven_by_v', 'with v, w = 0', quiet, v))
-    cases.append(('quiet', 'w = v = 0' if v else 'w = 0', quiet, None))
-    found = [
-        _exponent(f'exponent_{claim}', words, case, stimulus, output, time)
-        for claim, words, case, stimulus in cases
-    ]
+        cases.append(('driven_by_v', 'with v, w = 0', quiet))
+    cases.append(('quiet', 'w = v = 0' if v else 'w = 0', quiet.at_rest()))
+    found = [_exponent(f'exponent_{claim}', words, case, time) for claim, words, case in cases]
     return found + ([_induced(found[0], found[-1])] if len(found) > 1 else [])
 
 
-def _exponent(
-    claim: str,
-    inputs: str,
-    blocks: Mapping[str, BlockSpec],
-    stimulus: Stimulus | None,
-    output: str,
-    time: float,
-) -> Certificate:
-    subject = f'{" and ".join(name for name in PERTURBED if name in blocks)}, {inputs}'
+def _exponent(claim: str, inputs: str, loop: Loop, time: float) -> Certificate:
+    names = [name for role in PERTURBED for name in loop.of_role(role)]
+    subject = f'{" and ".join(names)}, {inputs}'
     try:
-        found = conditional_exponent(blocks, stimulus, time, stimulus_output=output)
+        found = conditional_exponent(loop, time)
     except UnboundedError as error:
         return Certificate(subject, claim, 'fail', None, EXPONENT, f'Not measured: {error}.')
+    except NoJacobianError as error:
+        return Certificate(subject, claim, 'none', None, EXPONENT, f'Not measured: {error}.')
     status: Status = {-1: 'pass', 0: 'none', 1: 'fail'}[found.sign]  # type: ignore[assignment]
     number = (
         f'{found.value:.4f} +/- {found.half_width:.4f}, measured over model time '
@@ -130,14 +120,14 @@ def _exponent(
     numbers['blocks'] = list(found.blocks)
     words = number + WORDS[status]
     if status == 'none' and claim == 'exponent_quiet':
-        numbers['oscillates'] = _oscillates(blocks)
+        numbers['oscillates'] = _oscillates(loop)
         words += OSCILLATES if numbers['oscillates'] else RESTS
     return Certificate(subject, claim, status, found.value, EXPONENT, words, numbers)
 
 
 WORDS = {
     'pass': 'Small differences fade: contracting along this solution.',
-    'none': 'Not told from 0.',
+    'none': 'Indistinguishable from 0.',
     'fail': 'Small differences grow.',
 }
 
@@ -146,12 +136,12 @@ OSCILLATES = (
     ' It oscillates by itself, and nothing corrects its phase: not contractive, a small difference '
     'along the orbit does not fade.'
 )
-RESTS = ' It goes to rest, so it may contract, too slowly to be told over this time.'
+RESTS = ' It goes to rest, so it may contract, too slowly to be seen over this time.'
 
 
-def _oscillates(blocks: Mapping[str, BlockSpec]) -> bool:
+def _oscillates(loop: Loop) -> bool:
     """Say whether the blocks, left to themselves, still move after the transient."""
-    run = simulate(blocks, None, 2.0 * TRANSIENT)
+    run = simulate(loop, 2.0 * TRANSIENT)
     late = run.t >= TRANSIENT
     return any(float(np.ptp(x[late])) > MOVES for x in run.signals.values())
 

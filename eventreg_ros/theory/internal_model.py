@@ -50,6 +50,8 @@ def compare(model: Model, p: Params, original: Model, q: Params) -> Copy:
         return Copy(model in ((HARMONIC, INTERNAL_MODEL) if original is HARMONIC else (LAG,)))
     if model != original:
         return Copy(False)
+    if model not in (NEURON, OSCILLATOR):
+        return Copy(all(math.isclose(a, b, rel_tol=1e-9) for a, b in zip(p, q, strict=True)))
     same = math.isclose(p[0], q[0], rel_tol=1e-9) and same_tau(p, q)
     return Copy(same, _relative(p[0], q[0]), _relative(p[1], q[1]))
 
@@ -72,9 +74,9 @@ def embeds(model: Model, p: Params, exosystem: Model, q: Params) -> Status:
     there, which from almost every initial state it does.
     """
     if exosystem is HARMONIC and model is INTERNAL_MODEL:
-        return 'pass' if any(p[3:5]) else 'fail'
+        return 'pass' if any(p[1:]) else 'fail'
     if model not in (OSCILLATOR, NEURON):
-        return 'none'
+        return 'pass' if compare(model, p, exosystem, q).exact else 'none'
     if p[0] > 0.0 and compare(model, p, exosystem, q).exact:
         return 'pass'
     sure = exosystem is OSCILLATOR and lemma_2(q).status != 'none' and antiphase_oscillates(q)

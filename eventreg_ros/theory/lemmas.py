@@ -1,6 +1,6 @@
 """The paper's two lemmas as code: contraction of a neuron, antiphase of an oscillator.
 
-Functions take the five parameters of :data:`.model.PARAMETERS` and read k and tau. Rates are per
+Functions take the parameters (k, tau) of a neuron or an oscillator. Rates are per
 unit of model time. The lemmas measure the distance of two solutions in the norm of
 P = diag(1, 1/tau), by (dx_1^2 + dx_2^2 / tau)^(1/2).
 
@@ -46,7 +46,7 @@ class Contraction:
 
 def symmetric_part(k: float, tau: float, x_1: float) -> tuple[float, float, float]:
     """Return the entries (1,1), (1,2) and (2,2) of (P Df + Df' P) / 2 at the voltage ``x_1``."""
-    (a, b, _), (c, d, _) = neuron_jacobian((x_1, 0.0), 0.0, (k, tau, 0.0, 0.0, 0.0))
+    (a, b, _), (c, d, _) = neuron_jacobian((x_1, 0.0), 0.0, (k, tau))
     return a, (b + c / tau) / 2.0, d / tau
 
 

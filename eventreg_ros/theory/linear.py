@@ -49,14 +49,13 @@ def closed_loop(p: Params) -> Matrix:
 
 def disturbance() -> Matrix:
     """Return how x_W enters the closed loop (through w, into the plant only), shape (3, 2)."""
-    zero = (0.0,) * 5
-    entry = np.outer(state_space(LAG, zero)[1], state_space(HARMONIC, zero)[2])
+    entry = np.outer(state_space(LAG, ())[1], state_space(HARMONIC, ())[2])
     return np.vstack([entry, np.zeros((INTERNAL_MODEL.dimension, HARMONIC.dimension))])
 
 
 def exosystem() -> Matrix:
     """Return S, the matrix of the exosystem (eq. s.linear.w), shape (2, 2)."""
-    return state_space(HARMONIC, (0.0,) * 5)[0]
+    return state_space(HARMONIC, ())[0]
 
 
 def spectral_abscissa(a: Matrix) -> float:
@@ -66,13 +65,13 @@ def spectral_abscissa(a: Matrix) -> float:
 
 def paper_condition(p: Params) -> bool | None:
     """Return the paper's condition (s.linear.gains), or None when k_y /= 0, where it has none."""
-    _, _, k_y, k_1, k_2 = p
+    k_y, k_1, k_2 = p
     return None if k_y != 0.0 else k_1 > -k_2 and k_2 < 1.0
 
 
 def routh_hurwitz(p: Params) -> bool:
     """Return the condition of Routh and Hurwitz for any k_y; see the head of the module."""
-    _, _, k_y, k_1, k_2 = p
+    k_y, k_1, k_2 = p
     a = 1.0 + k_y
     return a > 0.0 and k_2 < a and a * k_1 > -k_2
 

@@ -10,7 +10,6 @@ from . import linear as theory
 from .certificates import Certificate, Number
 from .lemmas import EDGE, Status
 
-REST: Params = (0.0, 0.0, 0.0, 0.0, 0.0)
 LOOP = 'linear loop'
 
 
@@ -20,8 +19,8 @@ def linear_loop(controller: Params | None, disturbed: bool) -> list[Certificate]
     ``controller`` is None for the plant alone.
     """
     if controller is None:
-        a, b, _, _ = theory.state_space(LAG, REST)
-        entry = np.outer(b, theory.state_space(HARMONIC, REST)[2])
+        a, b, _, _ = theory.state_space(LAG, ())
+        entry = np.outer(b, theory.state_space(HARMONIC, ())[2])
     else:
         a, entry = theory.closed_loop(controller), theory.disturbance()
     found = [hurwitz(a, controller)]
@@ -37,7 +36,7 @@ def hurwitz(a: theory.Matrix, controller: Params | None) -> Certificate:
     numbers: dict[str, Number] = {'matrix': a.tolist()}
     text = 'The plant alone is stable.'
     if controller is not None:
-        _, _, k_y, k_1, k_2 = controller
+        k_y, k_1, k_2 = controller
         paper, routh = theory.paper_condition(controller), theory.routh_hurwitz(controller)
         numbers |= {'paper_condition': paper, 'routh_hurwitz': routh}
         text = (

@@ -12,7 +12,7 @@ exponent is then 0 and the loop is not contractive.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import mul
@@ -20,9 +20,7 @@ from operator import mul
 import numpy as np
 
 from ..errors import EventregError
-from ..models.roles import STIMULUS_OUTPUT
-from ..simulation.block import BlockSpec
-from ..simulation.stimulus import Stimulus
+from ..simulation.loop import Loop
 from ..simulation.trajectory import Array
 from .tangent import Tangent
 
@@ -65,30 +63,35 @@ class UnboundedError(EventregError, ArithmeticError):
     """The solution leaves every bound, so there is no exponent along it."""
 
 
+class NoJacobianError(EventregError):
+    """A model does not say its derivative."""
+
+
 def conditional_exponent(
-    blocks: Mapping[str, BlockSpec],
-    stimulus: Stimulus | None = None,
-    time: float = TIME,
-    *,
-    perturbed: Sequence[str] = PERTURBED,
-    stimulus_output: str = STIMULUS_OUTPUT,
+    loop: Loop, time: float = TIME, *, perturbed: Sequence[str] = PERTURBED
 ) -> Exponent:
-    """Return the largest exponent of the ``perturbed`` blocks, driven by all the others.
+    """Return the largest exponent of the blocks whose role is ``perturbed``, driven by the others.
 
     ``time`` is the model time averaged over, after a transient of 200. Leave the exosystem out of
-    ``blocks`` for w = 0. Raises :class:`UnboundedError` when the solution leaves every bound, and
-    EventregError when none of the ``perturbed`` is among ``blocks``.
+    the loop for w = 0. Raises :class:`UnboundedError` when the solution leaves every bound, and
+    EventregError when no block is perturbed or a model has no Jacobian.
     """
-    if not set(perturbed).intersection(blocks):
+    if not loop.of_role(*perturbed):
         raise EventregError(f'nothing to perturb: name at least one of {", ".join(perturbed)}')
-    loop = Tangent(blocks, stimulus_output if stimulus is not None else None)
+    for name, spec in loop.blocks.items():
+        if spec.model.jacobian is None:
+            raise NoJacobianError(
+                f'model {spec.model.name!r} of {name} has no Jacobian, so that no exponent can be '
+                'measured; give the model one'
+            )
+    tangent, stimuli = Tangent(loop), list(loop.stimuli.values())
 
     def flow(t: float, x: list[float], dx: list[float]) -> list[float]:
-        return loop.flow(0.0 if stimulus is None else stimulus(t), x, dx)
+        return tangent.flow([stimulus(t) for stimulus in stimuli], x, dx)
 
-    dx = [float(name in perturbed) for name, spec in blocks.items() for _ in spec.x0]
-    breaks = [] if stimulus is None else stimulus.breaks(TRANSIENT + time)
-    return largest_exponent(flow, loop.x0, dx, time, breaks=breaks)
+    dx = [float(spec.role in perturbed) for spec in loop.blocks.values() for _ in spec.x0]
+    breaks = sorted({t for each in stimuli for t in each.breaks(TRANSIENT + time)})
+    return largest_exponent(flow, tangent.x0, dx, time, breaks=breaks)
 
 
 def largest_exponent(

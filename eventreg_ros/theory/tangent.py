@@ -10,12 +10,12 @@ from ..simulation.system import System
 class Tangent(System):
     """The loop and its variational equation."""
 
-    def flow(self, v: float, x: list[float], dx: list[float]) -> list[float]:
+    def flow(self, v: list[float], x: list[float], dx: list[float]) -> list[float]:
         """Return x' followed by dx' = J(v, x) dx.
 
         The outputs are linear, so :meth:`signals` maps a perturbation as it maps a state.
         """
-        values, changes = self.signals(v, x), self.signals(0.0, dx)
+        values, changes = self.signals(v, x), self.signals([0.0] * len(v), dx)
         slope: list[float] = []
         change: list[float] = []
         for part in self._parts:

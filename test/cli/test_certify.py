@@ -64,7 +64,7 @@ EXPONENTS = {
 def no_integration(monkeypatch):
     """For tests of what does not depend on the exponents."""
 
-    def exponent(blocks, stimulus, time, *, stimulus_output):
+    def exponent(loop, time):
         return Exponent(-0.1, 0.01, (-0.1,) * 5, time)
 
     monkeypatch.setattr('eventreg_ros.theory.certify.conditional_exponent', exponent)
@@ -199,7 +199,7 @@ def test_every_claim_has_a_title_and_is_documented(tmp_path):
 
 @pytest.mark.usefixtures('no_integration')
 def test_a_certificate_prints_as_one_line():
-    found = [str(c) for c in certificates.certify(scenario.load('exact'))]
+    found = [str(c) for c in certificates.certify(scenario.load('exact').loop)]
     assert found[1].startswith('marginal: plant, lemma_1: k = 1 only just misses Lemma 1')
     assert not any('\n' in line for line in found)
 

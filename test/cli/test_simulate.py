@@ -10,6 +10,7 @@ from eventreg_ros import scenario
 from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.cli.main import main
 from eventreg_ros.simulation.continuous import simulate
+from eventreg_ros.simulation.impairment import Impairment
 from eventreg_ros.simulation.sampled import simulate_sampled
 
 
@@ -59,7 +60,7 @@ def test_npz_holds_t_and_the_signals(tmp_path):
     file = tmp_path / 'run.npz'
     run('open', '--duration', 70, '--out', file)
     setup = scenario.load('open')
-    expected = simulate(setup.blocks, setup.stimulus, 70.0)
+    expected = simulate(setup.loop, 70.0)
     with np.load(file) as found:
         assert set(found) == {'t', 'w', 'v', 'y', 'y_r', 'u'}
         np.testing.assert_array_equal(found['t'], np.arange(1401) * 10.0 / 200.0)
@@ -72,7 +73,7 @@ def test_csv_gives_the_same_floats(tmp_path):
     impairments = {'delay': 0.1, 'loss': 0.2, 'jitter': 0.1, 'seed': 3}
     words = [word for name, value in impairments.items() for word in (f'--{name}', value)]
     run('exact', '--duration', 10, '--sampled', *words, '--out', file)
-    expected = simulate_sampled(scenario.load('exact').blocks, None, 10.0, **impairments)
+    expected = simulate_sampled(scenario.load('exact').loop, 10.0, Impairment(**impairments))
     with open(file, newline='') as lines:
         head, *rows = csv.reader(lines)
     columns = dict(zip(head, np.array(rows, dtype=float).T, strict=True))
@@ -85,7 +86,7 @@ def test_csv_gives_the_same_floats(tmp_path):
 
 def test_the_bag_holds_the_samples(tmp_path):
     run('exact', '--duration', 10, '--sampled', '--bag', tmp_path / 'bag')
-    expected = simulate_sampled(scenario.load('exact').blocks, None, 10.0)
+    expected = simulate_sampled(scenario.load('exact').loop, 10.0)
     recording = read_bag(tmp_path / 'bag')
     found = recording.in_model_time(10.0)
     assert set(found) == set(expected.signals)

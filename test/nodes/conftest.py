@@ -35,7 +35,7 @@ class Bench:
         self.nodes.append(node)
         self.executor.add_node(node)
         if start:
-            node.start()
+            node.bring_up()
         return node
 
     def heard(self, message, topic, qos=None):

@@ -127,8 +127,10 @@ def test_inputs_add_with_their_signs_and_one_that_nobody_publishes_is_zero(bench
         u.publish(Float64(data=0.7))
 
     timer = bench.peer.create_timer(0.005, send)
-    bench.until(lambda: all(s.received > 50 for s in (node.samples[0], node.samples[2])))
-    assert [s.received for s in node.samples][1] == 0
+    bench.until(
+        lambda: all(s.received > 50 for s in (node.inputs.samples[0], node.inputs.samples[2]))
+    )
+    assert [s.received for s in node.inputs.samples][1] == 0
     # w - u = 0 from when both are heard: at most the few samples before have moved the state.
     assert abs(node.block.y) < 0.2
     timer.cancel()
@@ -139,10 +141,10 @@ def test_a_silent_input_counts_as_zero_is_told_and_recovers(bench):
     node = bench.add(PLANT, 'input_timeout:=0.1')
     w = bench.peer.create_publisher(Float64, 'w', 10)
     timer = bench.peer.create_timer(0.005, lambda: w.publish(Float64(data=0.3)))
-    bench.until(lambda: node.samples[0].received > 10)
-    assert node.silent == [False, False, False]
+    bench.until(lambda: node.inputs.samples[0].received > 10)
+    assert node.inputs.silent == [False, False, False]
     timer.cancel()
-    bench.until(lambda: node.silent == [True, False, False])
+    bench.until(lambda: node.inputs.silent == [True, False, False])
 
     def status():
         found = [s for a in said for s in a.status if s.name == '/plant: plant']
@@ -151,7 +153,7 @@ def test_a_silent_input_counts_as_zero_is_told_and_recovers(bench):
     bench.until(lambda: status() and status().level == DiagnosticStatus.WARN)
     assert 'w' in status().message
     timer.reset()
-    bench.until(lambda: node.silent == [False, False, False])
+    bench.until(lambda: node.inputs.silent == [False, False, False])
     bench.until(lambda: status().level == DiagnosticStatus.OK)
 
 
@@ -162,11 +164,11 @@ def test_a_sample_that_is_not_finite_is_dropped_and_counted(bench, bad):
     w = bench.peer.create_publisher(Float64, 'w', 10)
     bench.until(lambda: w.get_subscription_count() == 1)
     w.publish(Float64(data=bad))
-    bench.until(lambda: node.samples[0].not_finite == 1)
+    bench.until(lambda: node.inputs.samples[0].not_finite == 1)
     count = len(heard)
     bench.until(lambda: len(heard) > count + 5)
     assert all(math.isfinite(m.data) for m in heard)
-    assert node.samples[0].received == 0
+    assert node.inputs.samples[0].received == 0
 
 
 def test_a_state_that_stops_being_finite_goes_through_the_error_state(bench):
@@ -179,7 +181,7 @@ def test_a_state_that_stops_being_finite_goes_through_the_error_state(bench):
     bench.until(lambda: any(s.level == DiagnosticStatus.ERROR for a in said for s in a.status))
     assert all(math.isfinite(m.data) for m in heard)
     node.set_parameters([Parameter('x0', value=[0.0, 0.0])])
-    node.start()
+    node.bring_up()
     count = len(heard)
     bench.until(lambda: len(heard) > count + 3)
     assert node.fault is None
@@ -236,8 +238,8 @@ def test_precision_is_half_a_period_at_most(bench):
 
 def test_the_worst_that_is_known_is_told(bench):
     node = bench.add(PLANT, 'delay_margin:=0.5', 'late_error:=2.0')
-    node.samples[0].received = 1
-    node.delays[0].add(0.045)  # a WARN
+    node.inputs.samples[0].received = 1
+    node.inputs.delays[0].add(0.045)  # a WARN
     node.pace.lateness.add(1.0)  # an ERROR
     level, message, _ = node.report()
     assert level == DiagnosticStatus.ERROR
@@ -247,8 +249,8 @@ def test_the_worst_that_is_known_is_told(bench):
 
 def test_the_margin_is_that_of_the_hold(bench):
     node = bench.add(PLANT, 'hold:=zero', 'delay_margin:=0.5', 'delay_margin_zero:=0.2')
-    node.samples[0].received = 1
-    node.delays[0].add(0.025)
+    node.inputs.samples[0].received = 1
+    node.inputs.delays[0].add(0.025)
     assert 'delay margin of the scenario (0.2)' in node.report()[1]
 
 
@@ -268,7 +270,7 @@ def test_diagnostics_come_once_a_second_in_every_state(bench):
         return [v.value for a in said for s in a.status for v in s.values if v.key == 'state']
 
     bench.until(lambda: 'unconfigured' in states())
-    node.start()
+    node.bring_up()
     bench.until(lambda: 'active' in states())
 
 
@@ -303,12 +305,12 @@ def test_two_publishers_of_one_input_are_told(bench):
 
 def test_a_delay_near_the_margin_is_a_warning_in_those_words(bench):
     node = bench.add(PLANT, 'delay_margin:=0.5')
-    node.samples[0].received = 1
-    node.delays[0].add(0.045)  # seconds; 0.45 of model time
+    node.inputs.samples[0].received = 1
+    node.inputs.delays[0].add(0.045)  # seconds; 0.45 of model time
     level, message, _ = node.report()
     assert level == DiagnosticStatus.WARN
     assert 'comes near the delay margin of the scenario (0.5)' in message
-    node.delays[0].add(0.055)
+    node.inputs.delays[0].add(0.055)
     assert node.report()[0] == DiagnosticStatus.ERROR
 
 

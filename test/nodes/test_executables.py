@@ -7,7 +7,7 @@ import pytest
 from std_msgs.msg import Float64
 
 from eventreg_ros.bags.reader import read_bag
-from eventreg_ros.scenario.parameters import NODES
+from eventreg_ros.scenario.names import KINDS as NODES
 
 
 @pytest.fixture

@@ -12,9 +12,8 @@ from eventreg_ros import scenario as scenarios
 from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.composed import make
-from eventreg_ros.nodes.topics import GRANT
+from eventreg_ros.nodes.topics import GRANT, LOCKSTEP_SIGNAL
 from eventreg_ros.runtime.cdr import packed
-from eventreg_ros.session.session import complete, in_lockstep
 from eventreg_ros.simulation.sampled import simulate_sampled
 
 WHOLE = ('exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear')
@@ -27,7 +26,8 @@ def lockstep(bench, tmp_path):
 
     def start(name, *overrides, seconds=SECONDS, first=(), start=True):
         scenario = scenarios.load(name, overrides)
-        whole = in_lockstep(complete(scenario, tmp_path / 'bag', tmp_path / 'stored.yaml'), seconds)
+        recorded = scenario.with_recorder(str(tmp_path / 'bag'), str(tmp_path / 'stored.yaml'))
+        whole = recorded.in_lockstep(seconds)
         (tmp_path / 'stored.yaml').write_text(scenario.to_yaml())
         file = tmp_path / 'parameters.yaml'
         file.write_text(whole.to_yaml())
@@ -44,7 +44,7 @@ def lockstep(bench, tmp_path):
 
 def simulated(name, *overrides, seconds=SECONDS):
     s = scenarios.load(name, overrides)
-    return simulate_sampled(s.blocks, s.stimulus, seconds * s.time_scale)
+    return simulate_sampled(s.loop, seconds * s.time_scale)
 
 
 @pytest.mark.parametrize('name', WHOLE)
@@ -76,12 +76,12 @@ def test_nobody_moves_before_all_are_there(bench, lockstep):
     nodes = lockstep('exact', start=False)
     late = nodes.pop('plant')
     for node in nodes.values():
-        node.start()
+        node.bring_up()
     bench.until(lambda: nodes['clock'].reached['/exosystem'] == 0)
     bench.spin(0.3)
     assert nodes['clock'].granted == -1
     assert nodes['exosystem'].n == 0
-    late.start()
+    late.bring_up()
     bench.until(lambda: nodes['recorder'].row > 600)
     assert late.block.y == simulated('exact').signals['y'][-1]
 
@@ -97,7 +97,7 @@ def test_a_sample_that_does_not_come_stops_the_node_and_names_the_link(bench, lo
     nodes = lockstep('exact', '/**.lockstep_timeout:=0.6', start=False)
     nodes['plant'].trigger_configure()  # it will be there, and never send a sample
     for name in ('exosystem', 'controller', 'recorder', 'spike_monitor'):
-        nodes[name].start()
+        nodes[name].bring_up()
     grant(10)
     bench.until(lambda: nodes['controller'].fault is not None)
     assert 'waits for sample 0 of input y' in nodes['controller'].fault
@@ -108,7 +108,7 @@ def test_a_sample_that_does_not_come_stops_the_node_and_names_the_link(bench, lo
 def test_before_the_first_grant_there_is_nothing_to_wait_for(bench, lockstep):
     nodes = lockstep('exact', '/**.lockstep_timeout:=0.3', start=False)
     for name in ('clock', 'recorder', 'spike_monitor'):
-        nodes[name].start()
+        nodes[name].bring_up()
     bench.spin(1.5)  # five limits
     assert [nodes[n].fault for n in ('clock', 'recorder', 'spike_monitor')] == [None] * 3
     level, message, _ = nodes['clock'].report()
@@ -119,11 +119,11 @@ def test_before_the_first_grant_there_is_nothing_to_wait_for(bench, lockstep):
 def test_a_lost_sample_stops_the_node(bench, lockstep, grant):
     nodes = lockstep('exact', '/**.lockstep_timeout:=0.6', start=False)
     controller = nodes['controller']
-    controller.start()
-    y = bench.peer.create_publisher(Float64, 'y', controller.signal_qos)
+    controller.bring_up()
+    y = bench.peer.create_publisher(Float64, 'y', LOCKSTEP_SIGNAL.qos)
     y.publish(Float64(data=0.0))
-    bench.until(lambda: controller.numbered[0].received == 1)
-    controller.numbered[0].push(5, 0.0)
+    bench.until(lambda: controller.inputs.samples[0].received == 1)
+    controller.inputs.samples[0].push(5, 0.0)
     grant(10)
     bench.until(lambda: controller.fault is not None)
     assert 'sample 1 was lost' in controller.fault
@@ -131,7 +131,7 @@ def test_a_lost_sample_stops_the_node(bench, lockstep, grant):
 
 def test_the_monitor_misses_a_sample_too(bench, lockstep):
     monitor = lockstep('exact', start=False)['spike_monitor']
-    monitor.start()
+    monitor.bring_up()
     monitor._receiver('y')(packed(0.0), {'publication_sequence_number': 1})
     monitor._receiver('y')(packed(0.0), {'publication_sequence_number': 3})
     assert 'sample 1 of y was lost' in monitor.fault
@@ -139,7 +139,7 @@ def test_the_monitor_misses_a_sample_too(bench, lockstep):
 
 def test_a_middleware_that_does_not_number_messages_is_told(bench, lockstep):
     monitor = lockstep('exact', start=False)['spike_monitor']
-    monitor.start()
+    monitor.bring_up()
     monitor._receiver('y')(packed(0.0), {'publication_sequence_number': None})
     assert 'rmw_fastrtps_cpp' in monitor.fault
 
@@ -147,8 +147,8 @@ def test_a_middleware_that_does_not_number_messages_is_told(bench, lockstep):
 def test_a_loop_that_is_slow_is_not_stopped(bench, lockstep, grant):
     nodes = lockstep('exact', '/**.lockstep_timeout:=0.9', start=False)
     controller = nodes['controller']
-    controller.start()
-    y = bench.peer.create_publisher(Float64, 'y', controller.signal_qos)
+    controller.bring_up()
+    y = bench.peer.create_publisher(Float64, 'y', LOCKSTEP_SIGNAL.qos)
     bench.until(lambda: controller.matches()['y.publishers'] == 1)
     grant(100)
     for _ in range(5):  # longer than the limit in all, and fewer steps than are told by count
@@ -161,9 +161,9 @@ def test_a_loop_that_is_slow_is_not_stopped(bench, lockstep, grant):
 def test_two_writers_of_one_signal_are_refused(bench, lockstep):
     nodes = lockstep('exact', start=False)
     controller = nodes['controller']
-    nodes['plant'].start()
-    controller.start()
-    other = bench.peer.create_publisher(Float64, 'y', controller.signal_qos)
+    nodes['plant'].bring_up()
+    controller.bring_up()
+    other = bench.peer.create_publisher(Float64, 'y', LOCKSTEP_SIGNAL.qos)
     bench.until(lambda: controller.fault is not None)
     assert 'several nodes publish y' in controller.fault
     bench.peer.destroy_publisher(other)
@@ -221,11 +221,11 @@ def test_the_clock_keeps_a_real_time_factor(bench, lockstep):
     nodes = lockstep('uncontrolled', seconds=1000.0, start=False)
     for name, node in nodes.items():
         if name != 'clock':
-            node.start()
+            node.bring_up()
     clock = nodes['clock']
     clock.values['real_time_factor'] = 0.5
     begun = bench.peer.get_clock().now().nanoseconds
-    clock.start()
+    clock.bring_up()
     bench.until(lambda: clock.now_at >= 100)
     seconds = (bench.peer.get_clock().now().nanoseconds - begun) * 1e-9
     assert seconds >= 100 / (0.5 * 200.0), 'never faster than asked for'
@@ -234,7 +234,7 @@ def test_the_clock_keeps_a_real_time_factor(bench, lockstep):
 def test_activated_again_it_asks_to_be_configured_anew(bench, lockstep):
     nodes = lockstep('exact', start=False)
     plant = nodes['plant']
-    plant.start()
+    plant.bring_up()
     plant.trigger_deactivate()
     plant.trigger_activate()
     assert 'cleanup' in plant.fault
@@ -243,17 +243,17 @@ def test_activated_again_it_asks_to_be_configured_anew(bench, lockstep):
 @pytest.mark.parametrize(('seconds', 'steps'), [(10.002, 2000), (0.005, 1), (0.3, 60)])
 def test_a_duration_holds_as_many_steps_as_offline(seconds, steps):
     scenario = scenarios.load('exact')
-    assert in_lockstep(scenario, seconds).nodes['clock']['steps'] == steps
+    assert scenario.in_lockstep(seconds).nodes['clock']['steps'] == steps
     assert len(simulated('exact', seconds=seconds).t) == steps + 1
 
 
 def test_a_duration_without_a_step_is_refused():
     with pytest.raises(EventregError, match='hold not one step'):
-        in_lockstep(scenarios.load('exact'), 0.001)
+        scenarios.load('exact').in_lockstep(0.001)
 
 
 def test_a_clock_of_the_scenario_s_own_is_no_participant():
     scenario = scenarios.load('exact', ['clock.window:=7'], ('clock',))
-    clock = in_lockstep(scenario, 1.0).nodes['clock']
+    clock = scenario.in_lockstep(1.0).nodes['clock']
     assert clock['window'] == 7
     assert clock['participants'] == ['exosystem', 'plant', 'controller', 'spike_monitor']

@@ -22,6 +22,7 @@ from eventreg_ros.robustness.margins import (
     scan_of,
     search,
 )
+from eventreg_ros.simulation.impairment import Impairment
 
 LONG = Setting(duration=900.0, settle=700.0)
 """Long enough that what is stable has died out, and what is not has grown, before it is judged."""
@@ -94,7 +95,7 @@ def test_bisection_finds_what_trying_every_delay_finds():
     # k_y and the gain move the edge, so that it is not always at the same place of the scan
     for overrides in ([], ['controller.gain:=[0.5, 0]'], ['controller.k_y:=0.2']):
         tested = trial('linear', 'zero', 0.05, Setting(duration=300.0), *overrides)
-        every = [tested.rejected(delay=0.05 * k) for k in range(21)]
+        every = [tested.rejected(Impairment(delay=0.05 * k)) for k in range(21)]
         first = every.index(False)
         assert not any(every[first:])
         found = limit(tested, 'delay')
@@ -126,8 +127,8 @@ def test_margins_asks_for_each_hold_and_kind_at_its_rate():
     for x in (x for x in found if x.on is None):
         assert x.fails_at - x.largest == pytest.approx(x.resolution)
         again = Evaluator(setup, x.hold, x.rate, Setting(duration=200.0, seeds=1))
-        assert again.rejected(**{x.kind: x.largest})
-        assert not again.rejected(**{x.kind: x.fails_at})
+        assert again.rejected(Impairment(**{x.kind: x.largest}))
+        assert not again.rejected(Impairment(**{x.kind: x.fails_at}))
     assert f'zero hold, delay {found[0].largest:g}: rejected' in told
     assert f'zero hold, delay {found[0].fails_at:g}: not rejected' in told
 
@@ -179,16 +180,18 @@ def test_the_scan_begins_at_0_and_goes_on_to_its_end(kind, h):
 
 def test_every_seed_must_be_rejected():
     tested = trial('exact', 'linear', 0.05, Setting(seeds=6))
-    verdicts = [tested.verdict(loss=0.85, seed=seed) == 'rejected' for seed in range(6)]
+    verdicts = [tested.verdict(Impairment(loss=0.85, seed=seed)) == 'rejected' for seed in range(6)]
     assert len(set(verdicts)) == 2  # at this loss some are and some are not
-    assert verdicts == [tested.verdict(loss=0.85, seed=seed) == 'rejected' for seed in range(6)]
-    assert tested.share(loss=0.85) == sum(verdicts) / 6
-    assert not tested.rejected(loss=0.85)
+    assert verdicts == [
+        tested.verdict(Impairment(loss=0.85, seed=seed)) == 'rejected' for seed in range(6)
+    ]
+    assert tested.share(Impairment(loss=0.85)) == sum(verdicts) / 6
+    assert not tested.rejected(Impairment(loss=0.85))
     first = verdicts.index(False)
     some = trial('exact', 'linear', 0.05, Setting(seeds=first + 1))
-    assert not some.rejected(loss=0.85)
+    assert not some.rejected(Impairment(loss=0.85))
     if first:
-        assert trial('exact', 'linear', 0.05, Setting(seeds=first)).rejected(loss=0.85)
+        assert trial('exact', 'linear', 0.05, Setting(seeds=first)).rejected(Impairment(loss=0.85))
 
 
 def test_thinned_samples_have_the_same_events():
@@ -238,7 +241,7 @@ def test_the_map_agrees_with_single_trials():
         tested = Evaluator(setup, hold, 100.0, setting)
         for i, loss in enumerate(found.losses.tolist()):
             for j, delay in enumerate(found.delays.tolist()):
-                assert share[i, j] == tested.share(delay=delay, loss=loss)
+                assert share[i, j] == tested.share(Impairment(delay=delay, loss=loss))
     assert 0.0 < found.rejected['zero'].mean() < found.rejected['linear'].mean() < 1.0
 
 

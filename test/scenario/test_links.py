@@ -9,8 +9,8 @@ import pytest
 
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
-from eventreg_ros.scenario.links import need_real_time, parse, with_links
-from eventreg_ros.scenario.parameters import NODES
+from eventreg_ros.scenario.links import LinkSpec
+from eventreg_ros.scenario.parameters import parameters_of
 
 LAUNCH = Path(__file__).resolve().parent.parent.parent / 'launch' / 'loop.launch.py'
 
@@ -26,7 +26,7 @@ def inputs(scenario):
 def test_the_blocks_listen_to_the_link_and_nothing_else_changes():
     plain = scenarios.load('exact')
     before = plain.to_yaml()
-    linked = with_links(plain, ['u:delay=0.02,jitter=0.005', 'y'])
+    linked = plain.with_links(['u:delay=0.02,jitter=0.005', 'y'])
     assert inputs(linked) == {
         'exosystem': [],
         'plant': ['w', 'v', 'u_link'],
@@ -42,18 +42,18 @@ def test_the_blocks_listen_to_the_link_and_nothing_else_changes():
         for name in values.keys() - changed:
             assert linked.nodes[node][name] == values[name]
     assert plain.to_yaml() == before
-    assert with_links(plain, []) == plain
+    assert plain.with_links([]) == plain
 
 
 def test_the_signs_stay_and_the_wiring_is_what_a_node_is_started_with():
-    linked = with_links(scenarios.load('exact'), ['u:loss=0.1'])
+    linked = scenarios.load('exact').with_links(['u:loss=0.1'])
     assert linked.given['plant']['inhibitory'] == ['u_link']
     assert linked.nodes['plant']['excitatory'] == ['w', 'v']
     assert 'u_link' in linked.publishers
 
 
 def test_every_block_that_listens_gets_the_link():
-    linked = with_links(scenarios.load('open'), ['v:delay=0.1', 'y_r:delay=0.1'])
+    linked = scenarios.load('open').with_links(['v:delay=0.1', 'y_r:delay=0.1'])
     assert inputs(linked)['plant'] == ['w', 'v_link', 'u']
     assert inputs(linked)['reference'] == ['v_link']
     assert inputs(linked)['controller'] == ['y', 'y_r_link']
@@ -61,12 +61,14 @@ def test_every_block_that_listens_gets_the_link():
 
 
 def test_all_of_the_link_node_can_be_given_and_with_its_type():
-    signal, options = parse('lab/u:delay=0.5,jitter=1,loss=0.25,duplicate=1e-3,order=fifo,seed=7')
+    signal, options, _ = LinkSpec.read(
+        'lab/u:delay=0.5,jitter=1,loss=0.25,duplicate=1e-3,order=fifo,seed=7'
+    )
     assert signal == 'lab/u'
     assert options == {
         'delay': 0.5, 'jitter': 1.0, 'loss': 0.25, 'duplicate': 0.001, 'order': 'fifo', 'seed': 7,
     }  # fmt: skip
-    assert {*options, 'input', 'output', 'autostart'} == {p.name for p in NODES['link']}
+    assert {*options, 'input', 'output', 'autostart'} == parameters_of('link').keys()
 
 
 @pytest.mark.parametrize(
@@ -90,7 +92,7 @@ def test_all_of_the_link_node_can_be_given_and_with_its_type():
 )
 def test_what_is_wrong_is_said_in_one_line(links, kind, words):
     with pytest.raises(kind) as error:
-        with_links(scenarios.load('exact'), links)
+        scenarios.load('exact').with_links(links)
     assert words in str(error.value)
     assert '\n' not in str(error.value)
 
@@ -100,13 +102,13 @@ def test_a_signal_that_no_block_listens_to_gets_no_link():
         'exosystem:\n  ros__parameters: {}\ncontroller:\n  ros__parameters: {}\n', 'two'
     )
     with pytest.raises(ScenarioError, match="no block listens to 'w'"):
-        with_links(scenario, ['w:delay=0.1'])
+        scenario.with_links(['w:delay=0.1'])
 
 
 def test_lockstep_and_links_exclude_each_other():
-    need_real_time(scenarios.load('exact'))
+    assert 'clock' in scenarios.load('exact').in_lockstep(1.0).nodes
     with pytest.raises(EventregError, match='link_u could delay nothing'):
-        need_real_time(with_links(scenarios.load('exact'), ['u']))
+        scenarios.load('exact').with_links(['u']).in_lockstep(1.0)
 
 
 @pytest.fixture

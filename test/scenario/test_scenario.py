@@ -7,8 +7,7 @@ import pytest
 from eventreg_ros import certificates, simulate
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.robustness.margins import margins
-from eventreg_ros.scenario import config_directory, load, parse, shipped
-from eventreg_ros.scenario.links import with_links
+from eventreg_ros.scenario import config_directory, files, load, parse, shipped
 
 # The paper (paper.tex): (k_p, tau_p) = (1, 1/11) in every caption; (k_w, tau_w), (k_eta, tau_eta)
 # and (k_r, tau_r) from the captions of fig. not_contr (quiescent), exact_reg (exact, and with it
@@ -108,7 +107,7 @@ def test_shipped_scenarios_watch_what_they_publish(name):
 
 def test_the_linear_motif_is_hurwitz_and_has_the_papers_models():
     blocks = load('linear').blocks
-    k_y, k_1, k_2 = blocks['controller'].params[2:]
+    k_y, k_1, k_2 = blocks['controller'].params
     assert (k_y, k_1 > -k_2, k_2 < 1) == (0.0, True, True)  # eq. s.linear.gains
     assert [spec.model.name for spec in blocks.values()] == ['harmonic', 'lag', 'internal_model']
 
@@ -122,12 +121,12 @@ def test_models_of_the_nonlinear_scenarios():
 
 
 def test_the_stimulus_of_open_is_the_truths():
-    v = load('open').stimulus
+    v = load('open').stimuli['v']
     assert v.breaks(1000.0) == sorted({*ONSETS, *(t + WIDTH for t in ONSETS)})
     for onset in ONSETS:
         assert (v(onset - 1e-6), v(onset), v(onset + WIDTH - 1e-6)) == (0.0, AMPLITUDE, AMPLITUDE)
         assert v(onset + WIDTH) == 0.0
-    assert load('exact').stimulus is None
+    assert load('exact').stimuli == {}
 
 
 @pytest.mark.parametrize('name', PAPER)
@@ -161,18 +160,18 @@ def test_to_yaml_says_only_what_was_given():
 )
 def test_the_config_directory_is_found_in_sources_and_installations(tmp_path, monkeypatch, where):
     package, config = (tmp_path / 'prefix' / part for part in where)
-    package.mkdir(parents=True)
+    (package / 'scenario').mkdir(parents=True)
     config.mkdir(parents=True)
     (config / 'exact.yaml').write_text(MINIMAL)
-    monkeypatch.setattr('eventreg_ros.scenario.scenario.__file__', str(package / 'scenario.py'))
+    monkeypatch.setattr(files, '__file__', str(package / 'scenario' / 'shipped.py'))
     assert config_directory() == config
     assert shipped() == ['exact']
     assert load('exact').nodes['plant']['k'] == 2.0
 
 
 def test_a_missing_config_directory_is_one_line(tmp_path, monkeypatch):
-    missing = tmp_path / 'eventreg_ros' / 'scenario.py'
-    monkeypatch.setattr('eventreg_ros.scenario.scenario.__file__', str(missing))
+    missing = tmp_path / 'eventreg_ros' / 'scenario' / 'shipped.py'
+    monkeypatch.setattr(files, '__file__', str(missing))
     with pytest.raises(ScenarioError, match='install the package again'):
         config_directory()
 
@@ -398,6 +397,6 @@ def test_bad_overrides_are_one_line(override, words):
 
 @pytest.mark.parametrize('tool', [simulate, certificates, margins], ids=lambda tool: tool.__name__)
 def test_offline_tools_refuse_links_instead_of_cutting_the_wire(tool):
-    linked = with_links(load('exact'), ['u:delay=0.001'])
+    linked = load('exact').with_links(['u:delay=0.001'])
     with pytest.raises(ScenarioError, match='has link_u, and links are for real nodes only'):
         tool(linked)

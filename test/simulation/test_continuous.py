@@ -13,6 +13,7 @@ from eventreg_ros.errors import EventregError
 from eventreg_ros.models import INTERNAL_MODEL
 from eventreg_ros.simulation import continuous
 from eventreg_ros.simulation.continuous import simulate
+from eventreg_ros.simulation.loop import Loop
 from eventreg_ros.simulation.stimulus import Stimulus
 
 TRUTH = json.loads(Path(__file__).with_name('truth.json').read_text())
@@ -22,7 +23,7 @@ H = 0.02
 @pytest.mark.parametrize('name', [name for name in TRUTH if name != 'source'])
 def test_meets_the_truth(name):
     truth, setup = TRUTH[name], scenario.load(name)
-    found = simulate(setup.blocks, setup.stimulus, truth['duration'], H)
+    found = simulate(setup.loop, truth['duration'], H)
     samples = dict(truth['samples'])
     at = np.rint(np.array(samples.pop('t')) / H).astype(int)
     for signal, values in samples.items():
@@ -64,13 +65,13 @@ def test_meets_an_independent_integration_elsewhere():
     order = {'exosystem': (0, 6, 1, 7), 'plant': (2, 8), 'controller': (3, 9, 4, 10)}
     order['reference'] = (5, 11)
     blocks = {
-        name: replace(spec, params=(*p, 0.0, 1.0, 0.0), x0=tuple(x0[i] for i in order[name]))
+        name: replace(spec, params=p, x0=tuple(x0[i] for i in order[name]))
         for (name, spec), p in zip(scenario.load('open').blocks.items(), par, strict=True)
     }
     stimulus = Stimulus('pulses', amplitude=1.2, offset=-0.1, onsets=(3.3, 17.003), width=4.1)
     edges = [0.0, *stimulus.breaks(40.0), 40.01]
     pieces = [(a, b, stimulus((a + b) / 2)) for a, b in pairwise(edges)]
-    found = simulate(blocks, stimulus, 40.0, 0.1)
+    found = simulate(Loop(blocks, {'v': stimulus}), 40.0, 0.1)
     expected = by_hand(pieces, x0, par, found.t)
     for signal, values in expected.items():
         np.testing.assert_allclose(found.signals[signal], values, rtol=0, atol=1e-7)
@@ -89,7 +90,7 @@ def test_no_step_straddles_a_jump():
     # far shorter than a step of the integrator, and never asked for at a jump itself
     stimulus = Spy('pulses', amplitude=40.0, onsets=(11.3, 20.1), width=0.015)
     blocks = scenario.load('open').blocks
-    found = simulate(blocks, stimulus, 30.0, 0.25)
+    found = simulate(Loop(blocks, {'v': stimulus}), 30.0, 0.25)
     breaks = stimulus.breaks(30.0)
     assert len(breaks) == 4
     assert not set(breaks) & set(stimulus.asked)
@@ -114,7 +115,7 @@ def test_feedthrough_meets_the_matrix_exponential():
         [0, 1, 0, 0, 0], [-1, 0, 0, 0, 0], [1, 0, -1 - k_y, -k1, -k2],
         [0, 0, 1, 0, 1], [0, 0, 0, -1, 0],
     ])  # fmt: skip
-    found = simulate(setup.blocks, None, 12.0, 1.0)
+    found = simulate(setup.loop, 12.0, 1.0)
     x = np.array([expm(a * t) @ [1, 0, 0.5, 0, 0] for t in found.t])
     np.testing.assert_allclose(found.signals['y'], x[:, 2], rtol=0, atol=1e-9)
     u = x @ [0, 0, k_y, k1, k2]
@@ -123,9 +124,10 @@ def test_feedthrough_meets_the_matrix_exponential():
 
 def test_feedthrough_in_a_row_in_any_order():
     specs = scenario.load('linear').blocks
-    first = replace(specs['controller'], inputs=(('w', 1.0),), output='a', params=(0, 1, 2.0, 0, 0))
+    first = replace(specs['controller'], inputs=(('w', 1.0),), output='a', params=(2.0, 0, 0))
     second = replace(first, inputs=(('a', -1.0),), output='b')
-    found = simulate({'second': second, 'first': first, 'exo': specs['exosystem']}, None, 1.0, 0.5)
+    loop = Loop({'second': second, 'first': first, 'exo': specs['exosystem']})
+    found = simulate(loop, 1.0, 0.5)
     np.testing.assert_allclose(found.signals['b'], -4.0 * found.signals['w'], rtol=1e-14)
 
 
@@ -135,16 +137,16 @@ def test_an_algebraic_loop_is_an_error():
     a = replace(spec, inputs=(('b', 1.0),), output='a')
     b = replace(spec, inputs=(('a', 1.0),), output='b')
     with pytest.raises(EventregError, match='algebraic loop: the outputs of a, b'):
-        simulate({'a': a, 'b': b}, None, 1.0)
+        simulate(Loop({'a': a, 'b': b}), 1.0)
 
 
 def test_the_grid_is_every_h_from_0():
-    found = simulate(scenario.load('exact').blocks, None, 1.0)
+    found = simulate(scenario.load('exact').loop, 1.0)
     np.testing.assert_array_equal(found.t, np.arange(21) * 10.0 / 200.0)
-    found = simulate(scenario.load('exact').blocks, None, 1.0, 0.3)
+    found = simulate(scenario.load('exact').loop, 1.0, 0.3)
     np.testing.assert_array_equal(found.t, np.arange(4) * 0.3)
-    assert len(simulate(scenario.load('exact').blocks, None, 0.3, 0.1).t) == 4
-    assert len(simulate(scenario.load('open').blocks, Stimulus(), 0.0).t) == 1
+    assert len(simulate(scenario.load('exact').loop, 0.3, 0.1).t) == 4
+    assert len(simulate(scenario.load('open').loop, 0.0).t) == 1
 
 
 @pytest.mark.parametrize('overrides', [['controller.gain:=[-5, 0]'], ['plant.x0:=[1e200]']])
@@ -153,25 +155,25 @@ def test_a_state_that_explodes_is_an_error(overrides):
     if 'x0' in overrides[0]:
         blocks['plant'] = replace(scenario.load('exact').blocks['plant'], x0=(1e200, 0.0))
     with pytest.raises(EventregError, match='stops being finite soon after t = '):
-        simulate(blocks, None, 2000.0, 1.0)
+        simulate(Loop(blocks), 2000.0, 1.0)
 
 
 def test_equations_too_stiff_to_wait_for_are_an_error(monkeypatch):
     for name in ('FIRST', 'EACH'):
         monkeypatch.setattr(continuous, name, 1000)  # the paper's loop takes less
-    assert len(simulate(scenario.load('exact').blocks, None, 20.0, 1.0).t) == 21
-    stiff = scenario.load('exact', ['plant.k:=1e9']).blocks
+    assert len(simulate(scenario.load('exact').loop, 20.0, 1.0).t) == 21
+    stiff = scenario.load('exact', ['plant.k:=1e9']).loop
     with pytest.raises(EventregError, match=r'too stiff: 10\d\d evaluations reached t = '):
-        simulate(stiff, None, 20.0, 1.0)
+        simulate(stiff, 20.0, 1.0)
 
 
 def test_bad_wiring_is_an_error():
     blocks = dict(scenario.load('exact').blocks)
     with pytest.raises(EventregError, match='exosystem and plant both publish'):
-        simulate({**blocks, 'plant': replace(blocks['plant'], output='w')}, None, 1.0)
+        Loop({**blocks, 'plant': replace(blocks['plant'], output='w')})
     with pytest.raises(EventregError, match='same time_scale and rate'):
-        simulate({**blocks, 'plant': replace(blocks['plant'], rate=100.0)}, None, 1.0)
+        simulate(Loop({**blocks, 'plant': replace(blocks['plant'], rate=100.0)}), 1.0)
     with pytest.raises(EventregError, match='at least one block'):
-        simulate({}, None, 1.0)
+        simulate(Loop({}), 1.0)
     with pytest.raises(EventregError, match='more than 20000000 steps'):
-        simulate(blocks, None, 1e9)
+        simulate(Loop(blocks), 1e9)

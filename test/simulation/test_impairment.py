@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from eventreg_ros.simulation.impairment import received
+from eventreg_ros.simulation.impairment import Impairment
+from eventreg_ros.simulation.impairment import received as received_on
+
+
+def received(links, steps, **law):
+    """With steps of length 1, so that delay and jitter are in steps."""
+    return received_on(['s'] * links, steps, 1.0, Impairment(**law))
 
 
 def mailbox(steps, link, *, delay, loss, jitter, seed):

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from eventreg_ros import scenario
 from eventreg_ros.errors import EventregError
+from eventreg_ros.simulation.loop import Loop
 from eventreg_ros.theory.linear import closed_loop, spectral_abscissa
 from eventreg_ros.theory.lyapunov import (
     Exponent,
@@ -19,7 +20,7 @@ from eventreg_ros.theory.tangent import Tangent
 
 
 def without_w(found):
-    return {name: block for name, block in found.blocks.items() if name != 'exosystem'}
+    return found.loop.without('exosystem')
 
 
 @pytest.mark.parametrize('moved', ['exosystem plant controller reference', 'plant'])
@@ -30,12 +31,13 @@ def test_tangent_is_the_derivative_of_the_loop(name, moved):
     With only the plant moved, the controller still is, through its input.
     """
     rng, found = np.random.default_rng(4), scenario.load(name, ['/**.k:=1.3', '/**.k_y:=0.7'])
-    loop = Tangent(found.blocks, 'v')
+    loop = Tangent(found.loop)
     x, dx = rng.normal(size=(2, len(loop.x0)))
     dx *= [role in moved for role, spec in found.blocks.items() for _ in spec.x0]
-    slope = loop.flow(0.4, x.tolist(), dx.tolist())
-    expected = [loop.derivative(0.4, (x + sign * 1e-5 * dx).tolist()) for sign in (1, -1)]
-    assert slope[: len(x)] == loop.derivative(0.4, x.tolist())
+    v = [0.4] * len(found.stimuli)
+    slope = loop.flow(v, x.tolist(), dx.tolist())
+    expected = [loop.derivative(v, (x + sign * 1e-5 * dx).tolist()) for sign in (1, -1)]
+    assert slope[: len(x)] == loop.derivative(v, x.tolist())
     np.testing.assert_allclose(slope[len(x) :], np.subtract(*expected) / 2e-5, rtol=1e-7, atol=1e-8)
 
 
@@ -43,16 +45,14 @@ def test_tangent_is_the_derivative_of_the_loop(name, moved):
 def test_linear_loop_has_its_eigenvalue(gain):
     found = scenario.load('linear', [f'controller.gain:={gain}'])
     expected = spectral_abscissa(closed_loop(found.blocks['controller'].params))
-    assert conditional_exponent(found.blocks, None, 200.0).value == pytest.approx(
-        expected, abs=1e-4
-    )
+    assert conditional_exponent(found.loop, 200.0).value == pytest.approx(expected, abs=1e-4)
 
 
 def test_linear_loop_that_is_unstable():
     found = scenario.load('linear', ['controller.gain:=[-1.0, 0.5]'])
     with pytest.raises(UnboundedError, match=r'before t = 1\d\d '):
-        conditional_exponent(found.blocks)
-    at_rest = conditional_exponent(without_w(found), None, 200.0)
+        conditional_exponent(found.loop)
+    at_rest = conditional_exponent(without_w(found), 200.0)
     expected = spectral_abscissa(closed_loop(found.blocks['controller'].params))
     assert at_rest.value == pytest.approx(expected, abs=1e-3)
     assert at_rest.sign == 1
@@ -100,7 +100,7 @@ class Watched:
 
 def test_the_stimulus_is_asked_on_one_side_of_a_jump_only():
     v = Watched()
-    conditional_exponent({'plant': scenario.load('open').blocks['plant']}, v, 40.0)
+    conditional_exponent(Loop({'plant': scenario.load('open').blocks['plant']}, {'v': v}), 40.0)
     assert not set(v.asked).intersection(v.breaks(1000.0))
     assert len(v.asked) > 1000
     pieces = [int(t) // 10 for t in v.asked]
@@ -155,20 +155,20 @@ def test_exact_contracts_with_w_as_two_trajectories_do():
     ]
     distance = np.log(np.linalg.norm(runs[0] - runs[1], axis=0))[1:]
     measured = np.polyfit(t[1:], distance, 1)[0]
-    found = conditional_exponent(scenario.load('exact').blocks)
+    found = conditional_exponent(scenario.load('exact').loop)
     assert found.value == pytest.approx(measured, abs=0.005)
     assert found.sign == -1
 
 
 def test_exact_does_not_contract_without_w():
-    found = conditional_exponent(without_w(scenario.load('exact')), None, 200.0)
+    found = conditional_exponent(without_w(scenario.load('exact')), 200.0)
     assert abs(found.value) < 1e-3
     assert found.sign == 0
 
 
 def test_plant_alone_at_rest_has_its_eigenvalue():
     """At 0 with k = 1 the Jacobian is ((0, -1), (tau, -tau)): real part -tau / 2."""
-    found = conditional_exponent(without_w(scenario.load('uncontrolled')), None, 400.0)
+    found = conditional_exponent(without_w(scenario.load('uncontrolled')), 400.0)
     assert found.value == pytest.approx(-1 / 22, abs=1e-4)
 
 
@@ -176,11 +176,11 @@ def test_reference_and_stimulus_belong_to_the_drive():
     """Perturbing the reference too would show its own rate, slower than the plant's."""
     found = scenario.load('open', ['reference.tau:=0.001'])
     blocks = {name: found.blocks[name] for name in ('plant', 'reference')}
-    alone = conditional_exponent({'plant': blocks['plant']}, found.stimulus, 200.0)
-    both = conditional_exponent(blocks, found.stimulus, 200.0)
+    alone = conditional_exponent(Loop({'plant': blocks['plant']}, found.stimuli), 200.0)
+    both = conditional_exponent(Loop(blocks, found.stimuli), 200.0)
     assert both.value == pytest.approx(alone.value, abs=1e-4)
     everything = conditional_exponent(
-        blocks, found.stimulus, 200.0, perturbed=('plant', 'reference')
+        Loop(blocks, found.stimuli), 200.0, perturbed=('plant', 'reference')
     )
     assert everything.value > -0.005 > both.value
 
@@ -188,7 +188,7 @@ def test_reference_and_stimulus_belong_to_the_drive():
 def test_nothing_to_perturb():
     blocks = scenario.load('exact').blocks
     with pytest.raises(EventregError, match='nothing to perturb'):
-        conditional_exponent({'exosystem': blocks['exosystem']})
+        conditional_exponent(Loop({'exosystem': blocks['exosystem']}))
 
 
 def test_rates_that_the_run_is_too_short_for_are_not_told_from_0():

@@ -1,0 +1,140 @@
+"""The inputs of a node in real time: by time stamp, watched for silence, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from ..runtime.cdr import unpacked
+from ..runtime.duration_histogram import DurationHistogram
+from ..runtime.figures import InputFigures
+from ..runtime.stamped_input import StampedInput
+from ..runtime.tick_grid import SECOND
+from .endpoints import Endpoints, InfoCallback
+from .info import number_of
+from .managed import ERROR, OK, WARN, Status
+from .pace import Lines, Tick
+
+
+class DelayMargin(NamedTuple):
+    """The delay that the scenario tolerates (model time), and the part of it that is a warning."""
+
+    margin: float
+    warn: float
+    time_scale: float
+    h: float
+
+
+class StampedInputs:
+    """All inputs of a node; ``signals`` are their names, in the order in which they are summed.
+
+    ``horizon`` is that of a line, in steps; a sample older than ``timeout`` seconds counts as 0.
+    """
+
+    def __init__(self, signals: tuple[str, ...], node: Endpoints) -> None:
+        self.signals = signals
+        self.horizon = self.timeout = 0.0
+        self._node, self._log = node, node.get_logger()
+        self.samples = [StampedInput() for _ in signals]
+        self.silent = [False] * len(signals)
+        self._reported_not_finite = [False] * len(signals)
+        self.ages = [DurationHistogram() for _ in signals]
+        self.delays = [DurationHistogram() for _ in signals]
+        self.margin: DelayMargin | None = None
+
+    def receiver(self, i: int, go: Callable[[], None]) -> InfoCallback:
+        """Return the callback of input ``i``; nobody waits for a sample."""
+
+        def receive(data: bytes, info: dict[str, Any]) -> None:
+            samples, value = self.samples[i], unpacked(data)
+            before = samples.not_finite
+            samples.push(self._node.stamp_of(info), value, number_of(info))
+            if samples.not_finite > before and not self._reported_not_finite[i]:
+                self._reported_not_finite[i] = True
+                self._log.warning(
+                    f'input {self.signals[i]} sent {value}; samples that are not '
+                    'finite are dropped and counted in the diagnostics'
+                )
+
+        return receive
+
+    def ready(self, n: int) -> bool:
+        """Return True: a step takes what has come."""
+        return True
+
+    def missing(self, n: int) -> list[str]:
+        """Return nothing: a step waits for no sample."""
+        return []
+
+    def over(self, tick: Tick) -> Lines:
+        """Return the lines of all inputs, from the samples that came before the step."""
+        timeout, horizon = self.timeout * SECOND, self.horizon
+        base, slope = [], []
+        for i, samples in enumerate(self.samples):
+            found = samples.over(tick.start, tick.period, timeout, horizon)
+            self._watch(i, found is None and samples.last_stamp is not None)
+            if samples.used is not None:
+                self.ages[i].add((tick.now - samples.used) / SECOND)
+                self.delays[i].add((tick.start - samples.used) / SECOND)
+            b, s = found or (0.0, 0.0)
+            base.append(b)
+            slope.append(s)
+        return Lines(base, slope)
+
+    def _watch(self, i: int, silent: bool) -> None:
+        """Report once that an input fell silent, and once that it is back."""
+        if silent == self.silent[i]:
+            return
+        self.silent[i] = silent
+        signal = self.signals[i]
+        if silent:
+            self._log.warning(f'input {signal} silent for {self.timeout:g} s; it counts as 0')
+        else:
+            self._log.info(f'input {signal} is back')
+
+    def report(self) -> list[Status]:
+        """Return the figures; WARN when an input is silent, has two writers, or comes late."""
+        figures = {k: v for i in range(len(self.signals)) for k, v in self._values(i).items()}
+        found = [Status(OK, '', figures)]
+        if several := self._node.several_writers():
+            found.append(Status(WARN, several, {}))
+        quiet = [s for s, silent in zip(self.signals, self.silent, strict=True) if silent]
+        if quiet:
+            found.append(Status(WARN, f'silent, counted as 0: {", ".join(quiet)}', {}))
+        delayed = self._judge_delays()
+        return [*found, delayed] if delayed else found
+
+    def _values(self, i: int) -> dict[str, object]:
+        samples = self.samples[i]
+        spans = (samples.period, samples.jitter, self.ages[i], self.delays[i])
+        percentiles = [span.percentiles if samples.received else None for span in spans]
+        return InputFigures(
+            samples.received,
+            samples.lost,
+            samples.gaps,
+            samples.out_of_order,
+            samples.not_finite,
+            *percentiles,
+        ).values(self.signals[i])
+
+    def _judge_delays(self) -> Status | None:
+        """Return what to report when a delay of the last second comes near the margin."""
+        delays = {
+            signal: self.delays[i].take_recent()
+            for i, signal in enumerate(self.signals)
+            if self.samples[i].received
+        }
+        signal = max(delays, key=lambda name: delays[name], default=None)
+        if signal is None or self.margin is None:
+            return None
+        margin, warn, time_scale, h = self.margin
+        delay = delays[signal] * time_scale
+        # Less than a step is made up for by the next sample, so that it is no delay.
+        if delay < max(warn * margin, h):
+            return None
+        return Status(
+            ERROR if delay >= margin else WARN,
+            f'the measured delay of {signal} ({delays[signal] * 1e3:.1f} ms, {delay:.3f} of model '
+            f'time) comes near the delay margin of the scenario ({margin:g})',
+            {},
+        )

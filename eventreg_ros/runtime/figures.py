@@ -1,0 +1,107 @@
+"""What nodes measure of themselves, as figures: how diagnostics write it, and how it is read back.
+
+The keys of the diagnostics are written here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+STEP = 'step'
+
+
+class Percentiles(NamedTuple):
+    """The 50th and the 99th percentile and the largest of some durations, in seconds."""
+
+    p50: float
+    p99: float
+    largest: float
+
+    def values(self, name: str) -> dict[str, str]:
+        """Return them as diagnostics show them."""
+        return {
+            f'{name}.p50': f'{self.p50:.6f}',
+            f'{name}.p99': f'{self.p99:.6f}',
+            f'{name}.max': f'{self.largest:.6f}',
+        }
+
+    @classmethod
+    def read(cls, values: Mapping[str, str], name: str) -> Percentiles | None:
+        """Return what :meth:`values` wrote, None where it is not there."""
+        keys = [f'{name}.{part}' for part in ('p50', 'p99', 'max')]
+        if any(key not in values for key in keys):
+            return None
+        return cls(*(float(values[key]) for key in keys))
+
+
+class TickFigures(NamedTuple):
+    """How a node ticked: the step it is at, and what went wrong on the way (in steps or times)."""
+
+    step: int
+    caught_up: int
+    dropped: int
+    clock_jumps: int
+    overruns: int
+    lateness: Percentiles
+
+    def values(self) -> dict[str, object]:
+        """Return them as diagnostics show them."""
+        counts = self._asdict()
+        del counts['lateness']
+        return {**counts, **self.lateness.values('lateness')}
+
+    @classmethod
+    def read(cls, values: Mapping[str, str]) -> TickFigures | None:
+        """Return what :meth:`values` wrote, None where it is not there."""
+        lateness = Percentiles.read(values, 'lateness')
+        if lateness is None or STEP not in values:
+            return None
+        step, caught_up, dropped, jumps, overruns = (int(values[n]) for n in cls._fields[:-1])
+        return cls(step, caught_up, dropped, jumps, overruns, lateness)
+
+
+class InputFigures(NamedTuple):
+    """How the samples of one input came: counts, and durations where there are samples.
+
+    ``age`` is that of the sample used, at the time of the step; ``delay`` the same, at the instant
+    of the step.
+    """
+
+    received: int
+    lost: int
+    gaps: int
+    out_of_order: int
+    not_finite: int
+    period: Percentiles | None
+    jitter: Percentiles | None
+    age: Percentiles | None
+    delay: Percentiles | None
+
+    def values(self, signal: str) -> dict[str, object]:
+        """Return them as diagnostics show them."""
+        found: dict[str, object] = {}
+        for name, value in self._asdict().items():
+            if isinstance(value, Percentiles):
+                found.update(value.values(f'{signal}.{name}'))
+            elif value is not None:
+                found[f'{signal}.{name}'] = value
+        return found
+
+    @classmethod
+    def read(cls, values: Mapping[str, str], signal: str) -> InputFigures | None:
+        """Return what :meth:`values` wrote, None where it is not there."""
+        if any(f'{signal}.{name}' not in values for name in cls._fields[:5]):
+            return None
+        received, lost, gaps, late, bad = (int(values[f'{signal}.{n}']) for n in cls._fields[:5])
+        period, jitter, age, delay = (
+            Percentiles.read(values, f'{signal}.{name}') for name in cls._fields[5:]
+        )
+        return cls(received, lost, gaps, late, bad, period, jitter, age, delay)
+
+
+def inputs_in(values: Mapping[str, str]) -> dict[str, InputFigures]:
+    """Return the figures of every input that a node reported, by signal."""
+    signals = [key.removesuffix('.received') for key in values if key.endswith('.received')]
+    found = {signal: InputFigures.read(values, signal) for signal in signals}
+    return {signal: figures for signal, figures in found.items() if figures is not None}

@@ -1,0 +1,42 @@
+"""Where scenarios are found: the shipped ones by name, others by path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import ScenarioError
+
+
+def config_directory() -> Path:
+    """Return the directory of the shipped scenarios, in a source tree or in an installation.
+
+    Raises ScenarioError when the package was installed without them.
+    """
+    package = Path(__file__).resolve().parent
+    for root in package.parents:
+        for found in (root / 'config', root / 'share' / 'eventreg_ros' / 'config'):
+            if (found / 'exact.yaml').is_file():
+                return found
+    raise ScenarioError(
+        f'the shipped scenarios are missing beside {package}; install the package again'
+    )
+
+
+def shipped() -> list[str]:
+    """Return the names of the shipped scenarios."""
+    return sorted(path.stem for path in config_directory().glob('*.yaml'))
+
+
+def find(scenario: str) -> Path:
+    """Return the file of a scenario given by name or path. Raises ScenarioError."""
+    path = Path(scenario)
+    if path.suffix in ('.yaml', '.yml') or '/' in scenario:
+        if path.is_file():
+            return path
+        raise ScenarioError(f'scenario file {scenario!r} does not exist; check the path')
+    if scenario not in shipped():
+        raise ScenarioError(
+            f'no scenario {scenario!r}; shipped are {", ".join(shipped())}, '
+            f'or give the path of a .yaml file'
+        )
+    return config_directory() / f'{scenario}.yaml'

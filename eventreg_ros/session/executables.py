@@ -1,0 +1,53 @@
+"""Which executable runs a node of a scenario: ours, or that of another package."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from ..errors import ScenarioError
+from ..scenario import Scenario
+from ..scenario.names import split
+
+PREFIXES = 'AMENT_PREFIX_PATH'
+
+
+def executable_of(scenario: Scenario, node: str) -> list[str]:
+    """Return the command that runs ``node``, without its arguments.
+
+    An executable of another package is looked for as ``ros2 run`` does, in lib/PACKAGE of every
+    ament prefix and of this Python's, then among the commands that the package installs with pip.
+    Raises ScenarioError when it is nowhere.
+    """
+    if node not in scenario.foreign:
+        return [sys.executable, '-m', f'eventreg_ros.nodes.{split(node).kind}']
+    package, name = (scenario.nodes[node][key] for key in ('package', 'executable'))
+    for prefix in _prefixes():
+        file = prefix / 'lib' / package / name
+        if os.access(file, os.X_OK) and file.is_file():
+            return [str(file)]
+    if command := _installed(package, name):
+        return command
+    raise ScenarioError(
+        f'{node}: no executable {name!r} of package {package!r} in {PREFIXES} or in this Python; '
+        'build and source, or pip install, the package'
+    )
+
+
+def _prefixes() -> list[Path]:
+    given = os.environ.get(PREFIXES, '').split(os.pathsep)
+    return [Path(prefix) for prefix in [*given, sys.prefix] if prefix]
+
+
+def _installed(package: str, name: str) -> list[str] | None:
+    """Return the command that the entry point ``name`` of a distribution stands for."""
+    try:
+        entries = distribution(package).entry_points
+    except PackageNotFoundError:
+        return None
+    for entry in entries.select(group='console_scripts', name=name):
+        call = f'import sys; from {entry.module} import {entry.attr}; sys.exit({entry.attr}())'
+        return [sys.executable, '-c', call]
+    return None

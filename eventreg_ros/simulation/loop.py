@@ -1,0 +1,92 @@
+"""The closed loop: blocks by name, the open inputs by signal, and who publishes what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from ..errors import EventregError
+from .block import BlockSpec
+from .stimulus import Stimulus
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What is simulated: any number of blocks, and a stimulus for each open input.
+
+    ``blocks`` are keyed by the name of their node, ``stimuli`` by the signal that they publish.
+    Raises EventregError when two publish the same signal.
+    """
+
+    blocks: Mapping[str, BlockSpec]
+    stimuli: Mapping[str, Stimulus] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        owner = dict.fromkeys(self.stimuli, 'the stimulus')
+        for name, spec in self.blocks.items():
+            if spec.output in owner:
+                raise EventregError(
+                    f'{owner[spec.output]} and {name} both publish {spec.output!r}; '
+                    f'set {name}.output to another signal'
+                )
+            owner[spec.output] = name
+
+    @property
+    def signals(self) -> list[str]:
+        """All signals that are published: those of the stimuli, then each block's."""
+        return [*self.stimuli, *(spec.output for spec in self.blocks.values())]
+
+    @property
+    def links(self) -> list[tuple[str, str]]:
+        """All links, (receiving block, signal); an input that nobody publishes is none."""
+        published = set(self.signals)
+        return [
+            (name, signal)
+            for name, spec in self.blocks.items()
+            for signal, _ in spec.inputs
+            if signal in published
+        ]
+
+    @property
+    def grid(self) -> tuple[float, float]:
+        """The (time_scale, rate) of all blocks; a step is time_scale / rate of model time.
+
+        Raises EventregError when there is no block or the blocks disagree.
+        """
+        if not self.blocks:
+            raise EventregError('nothing to simulate: name at least one block, the plant say')
+        found = {name: (spec.time_scale, spec.rate) for name, spec in self.blocks.items()}
+        if len(set(found.values())) > 1:
+            raise EventregError(
+                'all blocks must have the same time_scale and rate, got '
+                + ', '.join(f'{n} {scale:g} and {rate:g}' for n, (scale, rate) in found.items())
+                + '; set them once with -p /**.time_scale:=VALUE -p /**.rate:=VALUE'
+            )
+        return next(iter(found.values()))
+
+    def reference_of(self, plant: str) -> BlockSpec | None:
+        """Return the reference that ``plant`` is judged against: plant_left has reference_left."""
+        namespace, slash, name = plant.rpartition('/')
+        suffix = name.removeprefix('plant')
+        return self.blocks.get(f'{namespace}{slash}reference{suffix}')
+
+    def of_role(self, *roles: str) -> dict[str, BlockSpec]:
+        """Return the blocks that play one of ``roles``, in order."""
+        return {name: spec for name, spec in self.blocks.items() if spec.role in roles}
+
+    def without(self, *roles: str) -> Loop:
+        """Return the loop without the blocks that play one of ``roles``."""
+        blocks = {name: spec for name, spec in self.blocks.items() if spec.role not in roles}
+        return Loop(blocks, self.stimuli)
+
+    def at_rest(self) -> Loop:
+        """Return the loop without its stimuli: every open input is 0."""
+        return Loop(self.blocks)
+
+    def sampled_at(self, rate: float, hold: str | None = None) -> Loop:
+        """Return the loop with another ``rate`` (steps per second), and another hold if given."""
+        blocks = {
+            name: replace(spec, rate=rate, hold=hold or spec.hold)
+            for name, spec in self.blocks.items()
+        }
+        return Loop(blocks, self.stimuli)
