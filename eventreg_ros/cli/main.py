@@ -13,6 +13,7 @@ from ..errors import EventregError
 
 VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
+    'node': 'run one node, as ros2 run eventreg_ros NODE does',
     'simulate': 'the scenario offline, as one continuous system or sample by sample',
     'analyze': 'events, rejection, residual and timing of a recorded bag',
     'compare': 'several bags or scenarios side by side: events that differ, distances',

@@ -1,4 +1,8 @@
-"""The clock: publishes simulation time, and grants the steps of lockstep."""
+"""The clock: publishes simulation time, and grants the steps of lockstep.
+
+Publishes /clock and lockstep/grant, listens to lockstep/reached. Services: ~/pause, ~/resume,
+~/step.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exosystem: makes the disturbance w (eq. s.w)."""
+"""The exosystem: two neurons that inhibit each other; publishes the disturbance w (eq. s.w)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The link: relays one signal and delays, jitters, drops or duplicates its samples on the way."""
+"""The link: relays one signal and delays, jitters, drops or duplicates its samples on the way.
+
+Listens to the signal that the parameter input names, publishes the one that output names.
+"""
 
 from __future__ import annotations
 

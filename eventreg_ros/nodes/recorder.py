@@ -1,4 +1,8 @@
-"""The recorder: writes signals and spikes to a rosbag2, as they come, without unpacking them."""
+"""The recorder: writes signals and spikes to a rosbag2, as they come, without unpacking them.
+
+Listens to the signals that the parameter signals names, and to their spikes/SIGNAL/count and
+spikes/SIGNAL/event.
+"""
 
 from __future__ import annotations
 

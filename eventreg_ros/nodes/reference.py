@@ -1,4 +1,4 @@
-"""The reference: the plant as it would be without disturbance; publishes y_r (sys.reference)."""
+"""The reference: the plant driven by +v alone, undisturbed; publishes y_r (sys.reference)."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ import inspect
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -17,8 +18,12 @@ from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
 from ..errors import EventregError
+from ..scenario.names import KINDS
+from ..scenario.parameters import parameters_of
+from .executables import answer, own_words
 
 RCLError: type[Exception] = rclpy_implementation.RCLError
+UnknownROSArgsError: type[Exception] = rclpy_implementation.UnknownROSArgsError
 
 _PR_SET_TIMERSLACK = 29
 _ENDING = (signal.SIGINT, signal.SIGTERM)
@@ -61,8 +66,13 @@ def with_info(callback: Callable[[Any, dict[str, Any]], None]) -> Callable[..., 
 def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
     """Run one node until SIGINT or SIGTERM and return the exit code of its process.
 
-    0 after a clean end, 2 after bad arguments or parameters, which are told in one line.
+    0 after a clean end or --help, 2 and one line after bad arguments or parameters.
     """
+    program, *arguments = sys.argv if args is None else args
+    if words := own_words(arguments):
+        name, what = Path(program).stem, inspect.getdoc(sys.modules[make.__module__])
+        rows = parameters_of(name).values() if name in KINDS else getattr(make, 'parameters', ())
+        return answer(words[0], name, what, rows)
     return run_nodes([make], args)
 
 
@@ -73,7 +83,8 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except Exception as error:
-        return 0 if stopped else _fail(str(error).split(', at ')[0])
+        what = 'unknown ROS arguments ' if isinstance(error, UnknownROSArgsError) else ''
+        return 0 if stopped else _fail(what + str(error).split(', at ')[0])
     nodes: list[Any] = []
     try:
         _live(nodes, makes, stopped)

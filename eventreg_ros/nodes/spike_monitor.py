@@ -1,4 +1,8 @@
-"""The spike monitor: counts the events of signals and publishes them as they happen."""
+"""The spike monitor: counts the events of signals and publishes them as they happen.
+
+Listens to the signals that the parameter signals names, publishes spikes/SIGNAL/count and
+spikes/SIGNAL/event.
+"""
 
 from __future__ import annotations
 

@@ -1,13 +1,20 @@
 """The nodes as processes: arguments, signals, exit codes, and the closed loop over DDS."""
 
+import ast
+import os
+import re
 import signal
 import time
+from pathlib import Path
 
 import pytest
+from rclpy.utilities import remove_ros_args
 from std_msgs.msg import Float64
 
 from eventreg_ros.bags.reader import read_bag
+from eventreg_ros.nodes import executables
 from eventreg_ros.scenario.names import KINDS as NODES
+from eventreg_ros.scenario.parameters import parameters_of
 
 
 @pytest.fixture
@@ -17,6 +24,18 @@ def launch(domain, spawn):
     def start(node, *arguments):
         ros = ['--ros-args', *arguments] if arguments else []
         return spawn('-m', f'eventreg_ros.nodes.{node}', *ros)
+
+    return start
+
+
+@pytest.fixture
+def launch_bare(domain, spawn):
+    """Start a node, or a script, with arguments that are not ROS's."""
+
+    def start(node, *arguments, **options):
+        script = ('-m', f'eventreg_ros.nodes.{node}') if node in NODES else (node,)
+        environment = {**os.environ, 'PYTHONPATH': str(Path(executables.__file__).parents[2])}
+        return spawn(*script, *arguments, env=environment, **options)
 
     return start
 
@@ -62,6 +81,7 @@ def _active(bench, node):
         ('spike_monitor', ['-p', 'reset:=2.0'], 'spike_monitor.reset must be < threshold'),
         ('stimulus', ['-p', 'waveform:=csv'], 'stimulus.file'),
         ('plant', ['-p', 'k:='], 'k:='),
+        ('plant', ['--nonsense'], "unknown ROS arguments ['--nonsense']"),
         ('plant', ['--params-file', 'nowhere.yaml'], 'nowhere.yaml'),
     ],
 )
@@ -73,6 +93,91 @@ def test_bad_arguments_are_one_line_and_exit_code_2(launch, node, arguments, wor
     assert len(ours) == 1
     assert words in ours[0]
     assert 'Traceback' not in err
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        ([], []),
+        (['--ros-args', '-p', 'k:=2.0'], []),
+        (['--ros-args', '-r', '__node:=plant_2', '--', '--ros-args', '-p', 'k:=2.0'], []),
+        (['--help'], ['--help']),
+        (['k:=2.0', '--ros-args', '-p', 'k:=2.0'], ['k:=2.0']),
+        (['--ros-args', '-p', 'k:=2.0', '--', 'more'], ['more']),
+        (['--', 'more'], ['--', 'more']),
+    ],
+)
+def test_what_is_not_behind_ros_args_is_not_ros_s(arguments, words):
+    assert executables.own_words(arguments) == words
+    assert remove_ros_args(arguments) == words
+
+
+@pytest.mark.parametrize('node', sorted(NODES))
+def test_help_says_what_the_node_is_and_lists_its_parameters(node, capsys):
+    assert executables.run(node, ['--help']) == 0
+    out, err = capsys.readouterr()
+    assert err == ''
+    assert out.startswith(f'usage: {node} ')
+    assert '--ros-args' in out
+    assert ast.get_docstring(ast.parse(_source(node))) in out
+    listed = re.findall(r'^  (\w+) = ', out, re.MULTILINE)
+    assert listed == list(parameters_of(node))
+    assert max(map(len, out.splitlines())) <= 100
+
+
+def _source(node):
+    return Path(executables.__file__).with_name(f'{node}.py').read_text()
+
+
+def test_help_is_help_behind_ros_args_too(capsys):
+    assert executables.run('plant', ['--ros-args', '-p', 'k:=2.0', '--help']) == 0
+    assert capsys.readouterr().out.startswith('usage: plant ')
+
+
+def test_help_shows_values_as_ros_writes_them(capsys):
+    executables.run('plant', ['-h'])
+    out = capsys.readouterr().out
+    assert '  excitatory = [w, v]: ' in out
+    assert '  autostart = true: ' in out
+    assert '  k = 1: ' in out
+    executables.run('recorder', ['-h'])
+    assert "  path = '': " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('node', ['exosystem', 'recorder'])
+@pytest.mark.parametrize('arguments', [['-p', 'k:=2.0'], ['nonsense', '--ros-args']])
+def test_a_wrong_argument_is_one_line_and_starts_nothing(launch_bare, tmp_path, node, arguments):
+    process = launch_bare(node, *arguments, cwd=tmp_path)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (2, '')
+    assert err == (
+        f'eventreg_ros: {node}: unknown argument {arguments[0]!r}; parameters go behind '
+        f'--ros-args, as in --ros-args -p NAME:=VALUE; see {node} --help\n'
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_of_a_module_that_is_run_is_that_of_the_executable(launch_bare, capsys):
+    out, err = launch_bare('clock', '--help').communicate(timeout=20)
+    executables.run('clock', ['--help'])
+    assert (out, err) == (capsys.readouterr().out, '')
+
+
+def test_a_node_of_one_s_own_answers_with_its_docstring(launch_bare, tmp_path):
+    script = tmp_path / 'pendulum.py'
+    script.write_text(
+        '"""The pendulum: listens to u."""\n'
+        'from eventreg_ros.nodes.own import OwnBlock, Parameter, run\n'
+        'class Pendulum(OwnBlock):\n'
+        "    parameters = (Parameter('length', 'double', 0.5, 'of the rod'),)\n"
+        'raise SystemExit(run(Pendulum))\n'
+    )
+    out, err = launch_bare(script, '--help').communicate(timeout=20)
+    assert err == ''
+    assert out.startswith('usage: pendulum ')
+    assert 'The pendulum: listens to u.' in out
+    assert '  length = 0.5: of the rod ' in out
+    assert "pendulum: unknown argument '-x'" in launch_bare(script, '-x').communicate(timeout=20)[1]
 
 
 def test_an_unknown_parameter_is_told_with_the_nearest_name(bench, launch):
