@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from setuptools import find_packages, setup
+from setuptools import Distribution, find_packages, setup
 
 PACKAGE = 'eventreg_ros'
 PAPER = 'https://arxiv.org/abs/2505.11133'
@@ -31,12 +31,21 @@ TEST = [
 ]
 
 
+class WithData(Distribution):
+    """A distribution whose editable wheels hold the data files too."""
+
+    def has_data(self):
+        """Answer what setuptools asks for, where distutils says has_data_files."""
+        return self.has_data_files()
+
+
 def files(pattern):
     """Return the files that match, from the folder of the sources."""
     return sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern))
 
 
 setup(
+    distclass=WithData,
     name=PACKAGE,
     version='0.1.0',
     description='Neuromorphic disturbance rejection: spiking plants, internal models, event counts',

@@ -136,14 +136,14 @@ def build(what, sources, to):
     return to / done.stdout.splitlines()[-1]
 
 
-@pytest.fixture(scope='module')
-def prefix(tmp_path_factory):
-    """Install a wheel with pip into a prefix of its own; return the prefix."""
+@pytest.fixture(scope='module', params=['wheel', 'editable'])
+def prefix(request, tmp_path_factory):
+    """Install the package with pip into a prefix of its own; return the prefix."""
     setuptools = pytest.importorskip('setuptools')
     if int(setuptools.__version__.split('.')[0]) < 71 and not importlib.util.find_spec('wheel'):
         pytest.skip('needs setuptools 71 or wheel')
     base = tmp_path_factory.mktemp('pip')
-    wheel = build('wheel', copy_sources(base / 'src'), base)
+    wheel = build(request.param, copy_sources(base / 'src'), base)
     done = run(
         sys.executable, '-m', 'pip', 'install', '--no-index', '--no-deps', '--ignore-installed',
         '--prefix', base / 'prefix', wheel,
@@ -156,7 +156,9 @@ def prefix(tmp_path_factory):
 def with_prefix(prefix):
     """The environment in which Python and ROS look into the prefix, the path untouched."""
     site = next(prefix.glob('lib/python*/site-packages'))
-    return {**os.environ, 'PYTHONPATH': str(site), 'AMENT_PREFIX_PATH': str(prefix)}
+    found = site if (site / 'eventreg_ros').exists() else prefix.parent / 'src'  # as its .pth says
+    path = f'{found}{os.pathsep}{site}'
+    return {**os.environ, 'PYTHONPATH': path, 'AMENT_PREFIX_PATH': str(prefix)}
 
 
 def test_pip_puts_the_command_alone_on_the_path(prefix, with_prefix):
