@@ -34,7 +34,8 @@ figures: $(VENV)/installed
 picture: $(VENV)/installed
 	$(BIN)/python docs/demo.py docs/demo.png
 
-$(VENV)/installed: setup.py pyproject.toml
+$(VENV)/installed: setup.py setup.cfg pyproject.toml
+	@echo 'Installing into $(VENV), about 1.2 GB; the first time this takes minutes.'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable '.[ros,fast,test]'

@@ -35,9 +35,7 @@ def check_path(path: Path) -> None:
 def need(package: str, who: str) -> None:
     """Raise EventregError unless ``package``, which is optional, can be imported."""
     if importlib.util.find_spec(package) is None:
-        raise EventregError(
-            f"{who} needs {package}, which is not installed; pip install 'eventreg_ros[frames]'"
-        )
+        raise EventregError(f'{who} needs {package}, which is not installed; pip install {package}')
 
 
 def write_signals(path: Path, t: Array, signals: Mapping[str, Array]) -> None:

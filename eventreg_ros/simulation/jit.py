@@ -69,8 +69,6 @@ def _compile(parts: Parts) -> Kernel:
     if parts not in _compiled:
         njit = _njit()
         if njit is None:
-            raise EventregError(
-                "compiled needs numba; pip install 'eventreg_ros[fast]', or leave compiled out"
-            )
+            raise EventregError('compiled needs numba; pip install numba, or leave compiled out')
         _compiled[parts] = njit(make_kernel(parts, njit(**_INNER)), error_model='numpy')
     return _compiled[parts]

@@ -10,7 +10,7 @@ import pytest
 
 from eventreg_ros.bags.reader import read_bag
 
-pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
+pytest.importorskip('rclpy', reason='needs ROS 2: pip install .[ros]')
 
 BENCH = Path(__file__).resolve().parents[2] / 'bench'
 

@@ -7,7 +7,7 @@ import pytest
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
-rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
+rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install .[ros]')
 
 from rclpy.context import Context  # noqa: E402
 from rclpy.lifecycle import TransitionCallbackReturn  # noqa: E402
