@@ -78,5 +78,5 @@ def test_what_is_not_installed_is_named(package, call, tmp_path, monkeypatch):
     monkeypatch.setattr(
         importlib.util, 'find_spec', lambda name: None if name in hidden else found(name)
     )
-    with pytest.raises(EventregError, match=rf"needs {package}.*pip install 'eventreg_ros\[frames"):
+    with pytest.raises(EventregError, match=rf'needs {package}.*pip install {package}'):
         call(tmp_path)
