@@ -8,7 +8,6 @@ import pytest
 
 from eventreg_ros.cli.arguments import load_scenario
 from eventreg_ros.cli.main import VERBS, build_parser
-from eventreg_ros.cli.run import scenario_of
 from eventreg_ros.paper import FIGURES, gallery
 from eventreg_ros.scenario import shipped
 
@@ -61,7 +60,8 @@ def test_every_command_that_is_quoted_parses(words, capsys):
     code, args = parsed(verb, words)
     assert code == 0, capsys.readouterr().err
     if getattr(args, 'scenario', None) in shipped() and hasattr(args, 'overrides'):
-        scenario_of(args) if verb == 'run' else load_scenario(args)
+        implicit = ('spike_monitor', 'recorder', 'clock') if verb == 'run' else ()
+        load_scenario(args, implicit).with_links(getattr(args, 'links', ()))
     assert set(getattr(args, 'names', ())) <= set(FIGURES)
 
 

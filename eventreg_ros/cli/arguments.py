@@ -121,3 +121,16 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise EventregError(f'cannot write {path}: {error.strerror}; name another file') from None
+
+
+def check_plot(path: Path | None) -> None:
+    """Raise EventregError, before any work is done, unless a picture can be written to ``path``."""
+    from ..plots.style import METADATA
+
+    if path is None:
+        return
+    if path.suffix.removeprefix('.') not in METADATA or not path.suffix:
+        raise EventregError(
+            f'--plot must end in .{", .".join(METADATA)}, got {str(path)!r}; name another file'
+        )
+    need_writable(path)

@@ -11,8 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import EventregError
-from .arguments import add_json, add_window, need_writable, write_json, write_text, writing
-from .margin import check_plot
+from .arguments import (
+    add_json,
+    add_window,
+    check_plot,
+    need_writable,
+    write_json,
+    write_text,
+    writing,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

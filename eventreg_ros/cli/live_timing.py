@@ -2,56 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-Said = Mapping[str, Mapping[str, str]]
+from ..runtime.figures import Percentiles, TickFigures, inputs_in
+
+Measured = Mapping[str, Mapping[str, str]]
 
 
-def tables(said: Said, warnings: Mapping[str, list[str]]) -> str:
+def tables(measured: Measured, warnings: Mapping[str, Sequence[str]]) -> str:
     """Return two tables, ticks by node and delays by link, and the warnings; milliseconds.
 
-    ``said`` maps each node to the keys and values of its last diagnostics.
+    ``measured`` maps each node to the keys and values of its last diagnostics.
     """
-    lines = [*_ticks(said), *_links(said)]
+    lines = [*_ticks(measured), *_links(measured)]
     for node, messages in warnings.items():
         lines.append(f'{node.strip("/")}: {messages[-1]} (warned in {len(messages)} seconds)')
     return '\n'.join(lines)
 
 
-def _ticks(said: Said) -> list[str]:
+def _ticks(measured: Measured) -> list[str]:
     head = (
         f'{"ticks":>14} {"steps":>7} {"late p50":>9} {"p99":>8} {"max ms":>8} '
         f'{"caught up":>9} {"dropped":>8}'
     )
+    figures = {node: TickFigures.read(values) for node, values in measured.items()}
     rows = [
-        f'{node:>14} {values["step"]:>7} {_ms(values, "lateness.p50"):>9} '
-        f'{_ms(values, "lateness.p99"):>8} {_ms(values, "lateness.max"):>8} '
-        f'{values["caught_up"]:>9} {values["dropped"]:>8}'
-        for node, values in said.items()
-        if 'lateness.p50' in values
+        f'{node:>14} {f.step:>7} {_ms(f.lateness)} {f.caught_up:>9} {f.dropped:>8}'
+        for node, f in figures.items()
+        if f is not None
     ]
     return [head, *rows] if rows else []
 
 
-def _links(said: Said) -> list[str]:
+def _links(measured: Measured) -> list[str]:
     head = (
         f'{"links":>14} {"samples":>7} {"age p50":>9} {"p99":>8} {"max ms":>8} '
         f'{"delay max":>9} {"lost":>8} {"gaps":>5}'
     )
-    rows = []
-    for node, values in said.items():
-        for key in values:
-            signal, _, what = key.partition('.')
-            if what == 'age.p50':
-                rows.append(
-                    f'{signal + " to " + node:>14} {values[f"{signal}.received"]:>7} '
-                    f'{_ms(values, f"{signal}.age.p50"):>9} {_ms(values, f"{signal}.age.p99"):>8} '
-                    f'{_ms(values, f"{signal}.age.max"):>8} '
-                    f'{_ms(values, f"{signal}.delay.max"):>9} '
-                    f'{values[f"{signal}.lost"]:>8} {values[f"{signal}.gaps"]:>5}'
-                )
+    rows = [
+        f'{signal + " to " + node:>14} {f.received:>7} {_ms(f.age)} '
+        f'{f.delay.largest * 1e3:>9.3f} {f.lost:>8} {f.gaps:>5}'
+        for node, values in measured.items()
+        for signal, f in inputs_in(values).items()
+        if f.age is not None and f.delay is not None
+    ]
     return [head, *rows] if rows else []
 
 
-def _ms(values: Mapping[str, str], key: str) -> str:
-    return f'{float(values[key]) * 1e3:.3f}'
+def _ms(span: Percentiles) -> str:
+    return f'{span.p50 * 1e3:>9.3f} {span.p99 * 1e3:>8.3f} {span.largest * 1e3:>8.3f}'

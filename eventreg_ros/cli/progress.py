@@ -33,3 +33,19 @@ class Terminal(Observer):
         line = f'{elapsed:6.1f} of {self._duration:g} s   events: {events}'
         end = '\n' if last or not self._terminal else ''
         print(f'\r{line}' if self._terminal else line, end=end, flush=True)
+
+
+class Line:
+    """A line on standard error that is written over; nothing where that is not a terminal."""
+
+    def __init__(self) -> None:
+        self._terminal = sys.stderr.isatty()
+
+    def show(self, words: str) -> None:
+        """Show ``words`` in place of what was shown before."""
+        if self._terminal:
+            print(f'\r\x1b[K{words}', end='', file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        """Leave an empty line."""
+        self.show('')

@@ -1,0 +1,91 @@
+"""A scenario run with real nodes, recorded and judged: what ``eventreg run`` does, for Python."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..analysis.criteria import SETTLE, WINDOW
+from ..analysis.recorded import Analysis, analyze
+from ..errors import EventregError, ros_is_missing
+from ..scenario import Scenario
+from .session import Observer, Session
+
+DURATION = 40.0
+"""Seconds of a run unless something else is said."""
+
+
+@dataclass(frozen=True)
+class LiveRun:
+    """What came of a run: its bag, judged, and what its nodes reported of themselves.
+
+    ``analysis`` is None when the bag cannot be judged, for ``unjudged``. ``troubles`` are what went
+    wrong after the start, ``measured`` the last diagnostics of each node, ``warnings`` what nodes
+    warned of, second by second.
+    """
+
+    scenario: Scenario
+    bag: Path
+    analysis: Analysis | None
+    unjudged: str | None = None
+    troubles: Sequence[str] = ()
+    measured: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+def run(
+    scenario: Scenario,
+    duration: float = DURATION,
+    *,
+    bag: str | Path | None = None,
+    lockstep: bool = False,
+    composed: bool = False,
+    observer: Observer | None = None,
+    settle: float = SETTLE,
+    window: float = WINDOW,
+) -> LiveRun:
+    """Start the nodes of ``scenario``, record for ``duration`` seconds, and judge the bag.
+
+    The nodes are processes of their own, or with ``composed`` one; in ``lockstep`` they go as fast
+    as they can and ``duration`` is simulated time. ``settle`` and ``window`` are in model time.
+    Raises EventregError when the run cannot be started, or when its bag cannot be judged though
+    nothing went wrong on the way.
+    """
+    path = Path(bag) if bag is not None else bag_of(scenario)
+    check(scenario, path)
+    session = Session(
+        scenario, path, duration, lockstep=lockstep, composed=composed, observer=observer
+    )
+    session.perform()
+    analysis, unjudged = None, None
+    try:
+        analysis = analyze(path, settle=settle, window=window)
+        _ = analysis.report
+    except EventregError as error:
+        if not session.troubles:
+            raise
+        analysis, unjudged = None, str(error)
+    return LiveRun(
+        scenario, path, analysis, unjudged, session.troubles, session.timing, session.warnings
+    )
+
+
+def bag_of(scenario: Scenario) -> Path:
+    """Return the bag's path: the recorder's, where the scenario says one, else a dated name."""
+    given = scenario.nodes.get('recorder', {}).get('path')
+    return Path(given or time.strftime(f'eventreg_{scenario.name}_%Y_%m_%d-%H_%M_%S'))
+
+
+def check(scenario: Scenario, bag: Path) -> None:
+    """Raise EventregError for what would fail only after the run."""
+    if not scenario.of_kind('plant'):
+        raise EventregError(f'scenario {scenario.name} has no plant to judge; name one')
+    _ = scenario.time_scale
+    if bag.exists():
+        raise EventregError(f'bag {bag} exists already; remove it or give another --bag')
+    try:
+        from . import client  # noqa: F401
+    except ImportError as error:
+        raise EventregError(ros_is_missing('run', error)) from None

@@ -1,0 +1,1 @@
+"""A plant that is no neuron, behind the controller of eventreg_ros."""
