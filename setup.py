@@ -91,7 +91,9 @@ setup(
         'scipy>=1.11',
         'matplotlib>=3.6',
         'PyYAML>=6.0',
-        'rosbags>=0.11.6,<0.12',  # bags/writer.py reaches into its MCAP writer
+        'rosbags>=0.11.6,<0.12',  # bags/writer.py gives its writer a storage
+        'lz4>=4.0',
+        "backports.zstd>=1.0; python_version < '3.14'",
     ],
     extras_require={'ros': ROS, 'fast': ['numba>=0.59'], 'frames': FRAMES, 'test': TEST},
     zip_safe=False,

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import scenario as scenarios
-from ..bags.reader import Recording, read_bag
+from ..bags.reader import read_bag
+from ..bags.recording import Recording
 from ..errors import BagError
 from ..scenario import Scenario
 from ..scenario.table import TIME_SCALE

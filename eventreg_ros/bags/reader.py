@@ -1,244 +1,187 @@
-"""rosbag2 directories and files to signals, and back. The only reader and writer of bags."""
+"""Bags to signals: what was recorded, and what is wrong with it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import NamedTuple
 
 from ..errors import BagError
-from ..models.roles import SIGNALS
+from . import counts
+from .channel import Account, Channel, Messages, Select, Taker, UnreadableError, absolute, each
+from .files import BagFiles, bag_files, sidecar
+from .finding import Finding, Note
+from .integrity import Track, believed
+from .metadata import NAME_KEY, SCENARIO_KEY
+from .reading import Reading
+from .recording import Recording, Stamped, first_stamp
+from .storages import read_file
+from .times import choose, differing, stamps_of
+from .topics import Choice
+from .values import lone_samples, two_sources, wild_samples
 
-if TYPE_CHECKING:
-    from rosbags.highlevel import AnyReader
-
-Array = npt.NDArray[np.float64]
-
-FLOAT64 = 'std_msgs/msg/Float64'
-SCENARIO_KEY = 'eventreg_ros.scenario'
-NAME_KEY = 'eventreg_ros.scenario_name'
-SIDECAR = '.scenario.yaml'
-"""NAME.scenario.yaml lies in the bag from the start: a killed recorder writes no metadata."""
-
-STORAGES = {'mcap': '.mcap', 'sqlite3': '.db3'}
-
-_MCAP_MAGIC = b'\x89MCAP0\r\n'
-_MCAP_END = b'\x02' + (20).to_bytes(8, 'little') + bytes(20) + _MCAP_MAGIC
+MOST = 300
+"""Characters of an error or a finding, at most."""
 
 
-@dataclass(frozen=True)
-class Recording:
-    """The signals of a bag.
+def read_bag(
+    path: str | Path,
+    namespace: str | None = None,
+    *,
+    topics: Sequence[str] = (),
+    time: str | None = None,
+    signals: Collection[str] | None = None,
+) -> Recording:
+    """Read the Float64 signals of a rosbag2: a directory, or a .mcap or .db3 file, packed or not.
 
-    ``signals`` maps each name to (stamps, values), both of shape (n,): stamps in integer
-    nanoseconds of ROS time, not decreasing. ``scenario`` is the parameter file's text that the
-    recorder stored, or None; ``name`` what it is called.
+    Topics lose their namespace; ``namespace`` says which one to read where several hold a y. Each
+    of ``topics``, SIGNAL:=TOPIC[:FIELD], names a signal's source: any number in messages of any
+    type. ``time`` is log, publish or header; by default the publish time where it is plausible.
+    ``signals``: only these. Damage costs what it hit, and is among the findings. Raises BagError,
+    one line, where there is nothing to read.
     """
-
-    signals: dict[str, tuple[npt.NDArray[np.int64], Array]]
-    scenario: str | None
-    name: str | None
-
-    @property
-    def start(self) -> int:
-        """The stamp of the run's first sample; where there are ours, others do not count."""
-        found = {name: int(stamps[0]) for name, (stamps, _) in self.signals.items() if len(stamps)}
-        ours = [stamp for name, stamp in found.items() if name in SIGNALS]
-        return min(ours or found.values(), default=0)
-
-    def in_model_time(self, time_scale: float) -> dict[str, tuple[Array, Array]]:
-        """Return the signals over model time, t = 0 at the first sample of the run."""
-        return {
-            name: ((stamps - self.start).astype(np.float64) * (time_scale * 1e-9), values)
-            for name, (stamps, values) in self.signals.items()
-        }
-
-
-# Reading ----------------------------------------------------------------------------------------
-
-
-def read_bag(path: str | Path, namespace: str | None = None) -> Recording:
-    """Read every Float64 signal of a rosbag2 directory, .mcap or .db3 file.
-
-    Topics lose their namespace; ``namespace`` says which one to read where several hold a y. Reads
-    what a killed recorder left as far as it goes. Raises BagError, one line, for everything else.
-    """
-    path = Path(path)
-    if not path.exists():
-        raise BagError(f'bag {path} does not exist; check the path')
-    if path.suffix == '.bag':
-        raise BagError(f'{path} is a ROS 1 bag; bring it to ROS 2 with rosbags-convert')
     try:
-        with _readable(path) as files:
-            return _read(path, files, namespace)
-    except BagError:
-        raise
-    except ImportError as error:
-        raise BagError(f'bags cannot be read ({error}); pip install rosbags') from None
-    except Exception as error:  # rosbags raises whatever its parsers meet in a broken file
-        reason = ' '.join(str(error).split()) or type(error).__name__
-        raise BagError(
-            f'bag {path} cannot be read: {reason}; '
-            "repair it with 'ros2 bag reindex' or 'mcap recover', or record it again"
-        ) from None
+        return _read(Path(path), Choice(str(path), namespace, topics, signals), time)
+    except BagError as error:
+        raise BagError(one_line(str(error))) from None
 
 
-@contextmanager
-def _readable(path: Path) -> Iterator[list[Path]]:
-    """Yield what to hand to rosbags: the bag itself, or, without metadata, its mended files."""
-    from tempfile import TemporaryDirectory
-
-    if path.is_dir() and (path / 'metadata.yaml').exists():
-        yield [path]
-        return
-    files = [path]
-    if path.is_dir():
-        files = sorted(f for f in path.iterdir() if f.suffix in STORAGES.values())
-        if not files:
-            raise BagError(
-                f'{path} is no bag: it holds neither metadata.yaml nor a .mcap or .db3 file; '
-                'give the directory that ros2 bag or the recorder made'
-            )
-    with TemporaryDirectory(prefix='eventreg_') as scratch:
-        yield [_mended(file, Path(scratch)) for file in files]
-
-
-def _mended(file: Path, scratch: Path) -> Path:
-    """Return ``file``, or a copy that can be read where its writer was killed."""
-    if file.suffix == '.db3' and (beside := _beside(file)):
-        return _settled([file, *beside], scratch)
-    if file.suffix != '.mcap':
-        return file
-    data = file.read_bytes()
-    if not data.startswith(_MCAP_MAGIC) or data.endswith(_MCAP_MAGIC):
-        return file
-    copy = scratch / file.name
-    copy.write_bytes(data[: _last_whole_record(data)] + _MCAP_END)
-    return copy
+def _read(path: Path, choice: Choice, time: str | None) -> Recording:
+    reading = Reading(choice, time == 'header')
+    files = bag_files(path)
+    accounts, notes = _read_files(files, reading.select)
+    for channel in (channel for account in accounts for channel in account.channels):
+        reading.select(channel)  # those without a message, too
+    sources = reading.choice.named(reading.series)
+    reading.need_samples(sources, accounts)
+    samples = {signal: reading.series[source].samples() for signal, source in sources.items()}
+    chosen = choose(str(path), samples, time)
+    notes += [
+        note for signal, found in samples.items() for note in differing(signal, found, chosen)
+    ]
+    tracks = {
+        signal: Track(stamps_of(found, chosen), found.values) for signal, found in samples.items()
+    }
+    del samples
+    tracks, doubts = believed(tracks)
+    notes += [*doubts, *_of_values(tracks), *reading.notes(sources)]
+    by_signal = {signal: source.topic for signal, source in sources.items()}
+    notes += counts.of_signals(by_signal, files, accounts)
+    found = {signal: Stamped(*track) for signal, track in tracks.items()}
+    findings = _findings(notes, found, by_signal)
+    return Recording(found, findings, *_scenario(path, files, accounts), chosen, by_signal)
 
 
-def _last_whole_record(data: bytes) -> int:
-    """Return where the last complete record of an MCAP file ends.
+def read_messages(path: str | Path, topics: Collection[str]) -> dict[str, list[Message]]:
+    """Return the messages of some topics, whatever their type, in the order of the files.
 
-    A record is an opcode, the length of its body in 8 bytes, and the body.
+    Raises BagError where there is nothing to read.
     """
-    at = len(_MCAP_MAGIC)
-    while at + 9 <= len(data):
-        after = at + 9 + int.from_bytes(data[at + 1 : at + 9], 'little')
-        if after > len(data) or data[at] not in range(0x01, 0x10):
-            break
-        at = after
-    return at
+    keepers = {absolute(topic): _Keeper() for topic in topics}
+
+    def select(channel: Channel) -> Taker | None:
+        keeper = keepers.get(channel.topic)
+        if keeper is not None:
+            keeper.type = channel.type
+        return keeper
+
+    _read_files(bag_files(Path(path)), select)
+    return {topic: keepers[absolute(topic)].messages for topic in topics}
 
 
-def _beside(file: Path) -> list[Path]:
-    """Return the journals that hold what a killed writer had not settled in the database."""
-    found = (file.with_name(file.name + end) for end in ('-journal', '-wal'))
-    return [path for path in found if path.exists()]
+class Message(NamedTuple):
+    """A message as it is stored; stamps in nanoseconds, ``publish`` None where there is none."""
+
+    log: int
+    publish: int | None
+    type: str
+    data: bytes
 
 
-def _settled(files: list[Path], scratch: Path) -> Path:
-    """Return a copy of the database, the first of ``files``, that sqlite has set right."""
-    import shutil
-    import sqlite3
-
-    for source in files:
-        shutil.copy(source, scratch)
-    copy = scratch / files[0].name
-    connection = sqlite3.connect(copy)
-    try:
-        connection.execute('SELECT count(*) FROM messages').fetchone()
-    finally:
-        connection.close()
-    return copy
+def one_line(text: str) -> str:
+    """Return a text on one line, of MOST characters at most: what is in it comes from files."""
+    text = ' '.join(text.split())
+    return text if len(text) <= MOST else f'{text[: MOST - 103]} ... {text[-98:]}'
 
 
-def _read(path: Path, files: list[Path], namespace: str | None) -> Recording:
-    from rosbags.highlevel import AnyReader
-    from rosbags.typesys import Stores, get_typestore
+class _Keeper:
+    """Keeps messages as they are."""
 
-    with AnyReader(files, default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-        topics = _topics(path, reader, namespace)
-        stamps: dict[str, list[int]] = {name: [] for name in topics.values()}
-        raw: dict[str, list[bytes]] = {name: [] for name in topics.values()}
-        for connection, stamp, data in _messages(reader, topics):
-            name = topics[connection.topic]
-            stamps[name].append(stamp)
-            raw[name].append(data)
-        custom = _custom_data(reader, path)
-    signals = {name: _decode(path, name, stamps[name], raw[name]) for name in raw}
-    if not any(len(t) for t, _ in signals.values()):
-        raise BagError(f'bag {path} is empty: no Float64 sample in it; record while the nodes run')
-    return Recording(signals, custom.get(SCENARIO_KEY), custom.get(NAME_KEY))
+    def __init__(self) -> None:
+        self.type = ''
+        self.messages: list[Message] = []
 
+    def expect(self, count: int) -> None:
+        """Make no room: a list grows by itself."""
 
-def _messages(reader: AnyReader, topics: Mapping[str, str]) -> Iterator[tuple[Any, int, bytes]]:
-    """Yield the messages of ``topics``, in file order where a killed writer left no index."""
-    from rosbags.rosbag2.storage_mcap import McapReader
-
-    for part in reader.readers:
-        wanted = [c for c in part.connections if c.topic in topics and c.msgtype == FLOAT64]
-        storage = getattr(part, 'storage', None)
-        if isinstance(storage, McapReader) and not storage.chunks:
-            yield from storage.messages_scan(wanted)
-        elif wanted:
-            yield from part.messages(wanted)
+    def take(self, messages: Messages) -> None:
+        """Keep messages."""
+        found = sorted((i, data) for group in messages.groups for i, data in each(group))
+        for i, data in found:
+            publish = None if messages.publish is None else int(messages.publish[i])
+            self.messages.append(Message(int(messages.log[i]), publish, self.type, data))
 
 
-def _topics(path: Path, reader: AnyReader, namespace: str | None) -> dict[str, str]:
-    """Return signal name by topic, for the Float64 topics of one namespace."""
-    floats = [c.topic for c in reader.connections if c.msgtype == FLOAT64]
-    if not floats:
-        others = sorted({f'{c.topic} ({c.msgtype})' for c in reader.connections})
-        raise BagError(
-            f'bag {path} holds no {FLOAT64} topic (it has {", ".join(others) or "none"}); '
-            'record w, v, y, y_r and u'
-        )
-    if namespace is None:
-        homes = sorted({t.rpartition('/')[0] for t in floats if t.rpartition('/')[2] == 'y'})
-        if len(homes) > 1:
-            raise BagError(
-                f'bag {path} holds several namespaces with a y: '
-                f'{", ".join(h or "/" for h in homes)}; choose one with --namespace'
+def _read_files(files: BagFiles, select: Select) -> tuple[list[Account], list[Note]]:
+    """Read the files of a bag in order. Raises BagError where none of them can be read."""
+    accounts, notes = [], counts.of_files(files)
+    for file in files.files:
+        try:
+            accounts.append(read_file(file, select))
+        except UnreadableError as error:
+            if len(files.files) == 1:
+                raise
+            notes.append(Note('missing-file', None, None, str(error)))
+    if not accounts:
+        raise BagError(f'none of the files of bag {files.files[0].parent} can be read')
+    return accounts, notes + [note for account in accounts for note in account.notes]
+
+
+def _of_values(tracks: Mapping[str, Track]) -> list[Note]:
+    """Return what is odd about the values themselves."""
+    notes = []
+    for signal, (stamps, values) in tracks.items():
+        first = two_sources(values)
+        if first is not None:
+            text = f'two sources wrote {signal}: its values alternate between two runs'
+            notes.append(Note('second-writer', signal, int(stamps[first]), text))
+            continue
+        wild, lone = wild_samples(values), lone_samples(values)
+        if len(wild) > len(lone):
+            text = (
+                f'{len(wild)} of {len(values)} samples of {signal} are larger than all others by '
+                f'orders of magnitude, the first {values[wild[0]]:g}'
             )
-        namespace = homes[0] if homes else ''
-    prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
-    topics = {t: t.removeprefix(prefix) for t in floats if t.startswith(prefix)}
-    if not topics:
-        raise BagError(
-            f'bag {path} holds no {FLOAT64} topic in namespace {prefix.rstrip("/")}; '
-            f'it has {", ".join(sorted(set(floats)))}'
-        )
-    return topics
+            notes.append(Note('wild-samples', signal, int(stamps[wild[0]]), text))
+            continue
+        for place in lone:
+            text = f'a single sample of {signal} is far off its neighbours: {values[place]:g}'
+            notes.append(Note('lone-sample', signal, int(stamps[place]), text))
+    return notes
 
 
-def _custom_data(reader: AnyReader, path: Path) -> dict[str, str]:
-    for part in reader.readers:
-        custom = getattr(getattr(part, 'storage', None), 'metadata', None)
-        custom = getattr(custom, 'custom', None)
-        if custom:
-            return dict(custom)
-    for sidecar in sorted((path if path.is_dir() else path.parent).glob('*' + SIDECAR)):
-        name = sidecar.name.removesuffix(SIDECAR)
-        return {SCENARIO_KEY: sidecar.read_text(encoding='utf-8'), NAME_KEY: name}
-    return {}
+def _findings(
+    notes: Sequence[Note], found: Mapping[str, Stamped], topics: Mapping[str, str]
+) -> tuple[Finding, ...]:
+    """Return notes as findings: by signal, and in seconds since the first sample."""
+    start = first_stamp({name: stamped.stamps for name, stamped in found.items()})
+    signals = {topic: signal for signal, topic in topics.items()}
+    findings = []
+    for code, topic, stamp, text in notes:
+        signal = signals.get(topic, topic) if topic is not None else None
+        at = None if stamp is None else (stamp - start) * 1e-9
+        findings.append(Finding(code, signal, at, one_line(text)))
+    return tuple(dict.fromkeys(findings))
 
 
-def _decode(
-    path: Path, name: str, stamps: list[int], raw: list[bytes]
-) -> tuple[npt.NDArray[np.int64], Array]:
-    """Turn CDR Float64 messages (a 4-byte header, then the double) into arrays, ordered by time."""
-    if any(len(data) != 12 for data in raw):
-        raise BagError(f'bag {path}: a message on {name} is not a Float64; record it again')
-    block = np.frombuffer(b''.join(raw), np.uint8).reshape(-1, 12)
-    little = np.ascontiguousarray(block[:, 4:]).view('<f8')[:, 0]
-    big = np.ascontiguousarray(block[:, 4:]).view('>f8')[:, 0]
-    values = np.where(block[:, 1] & 1, little, big).astype(np.float64)
-    times = np.array(stamps, dtype=np.int64)
-    order = np.argsort(times, kind='stable')
-    return times[order], values[order]
+def _scenario(
+    path: Path, files: BagFiles, accounts: Sequence[Account]
+) -> tuple[str | None, str | None]:
+    """Return text and name of the scenario: in metadata.yaml, in the files, or beside them."""
+    custom: dict[str, str] = {}
+    for account in reversed(accounts):
+        custom.update(account.custom)
+    custom.update(files.metadata.custom if files.metadata else {})
+    if SCENARIO_KEY in custom:
+        return custom[SCENARIO_KEY], custom.get(NAME_KEY)
+    return sidecar(path) or (None, None)

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import BagError
 from ..runtime.cdr import packed
-from .reader import FLOAT64, NAME_KEY, SCENARIO_KEY, SIDECAR
+from .channel import FLOAT64, Index, Stamps
+from .files import SIDECAR
+from .mcap_writer import McapStorage
+from .messages import Values
+from .metadata import NAME_KEY, SCENARIO_KEY
 
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer
-
-Array = npt.NDArray[np.float64]
-
-_MESSAGE = struct.Struct('<BQHIQQ')
-"""Of an MCAP file: opcode, length of the rest, channel, sequence, and twice the time stamp."""
-
-_CHUNK = 2**20
 
 
 class BagWriter:
@@ -32,26 +27,24 @@ class BagWriter:
         self, path: str | Path, storage: str, scenario: str | None, name: str | None
     ) -> None:
         """Create the bag. Raises BagError when ``path`` exists or cannot be made."""
-        from rosbags.rosbag2 import StoragePlugin, Writer
         from rosbags.rosbag2.errors import WriterError
         from rosbags.typesys import Stores, get_typestore
 
         path = Path(path)
         if path.exists():
             raise BagError(f'bag {path} exists already; remove it or name another directory')
-        plugin = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}[storage]
+        name = _checked(name or 'scenario')
         self.path = path
         self._store = get_typestore(Stores.ROS2_JAZZY)
         try:
-            self._writer: Writer = Writer(path, version=9, storage_plugin=plugin)
-            self._writer.open()
+            self._writer = _opened(path, storage)
             if scenario is not None:
-                name = name or 'scenario'
                 (path / (name + SIDECAR)).write_text(scenario, encoding='utf-8')
                 self._writer.set_custom_data(SCENARIO_KEY, scenario)
                 self._writer.set_custom_data(NAME_KEY, name)
         except (OSError, WriterError) as error:
             raise BagError(f'bag {path} cannot be made: {error}; name another directory') from None
+        self._storage: Any = self._writer.storage
         self._connections: dict[str, Any] = {}
 
     def add(self, topic: str, msgtype: str) -> None:
@@ -73,56 +66,88 @@ class BagWriter:
         """
         connections = [self._connections[topic] for topic in topics]
         rows = list(zip(stamps, zip(*columns, strict=True), strict=True))
-        if rows and hasattr(self._writer.storage, 'close_chunk'):
-            self._append(connections, rows)
+        if not rows:
+            return
+        if isinstance(self._storage, McapStorage):
+            self._storage.write_rows([c.id for c in connections], rows)
+            self._counted(
+                rows[0][0], rows[-1][0], dict.fromkeys((c.id for c in connections), len(rows))
+            )
             return
         for stamp, row in rows:
             for connection, data in zip(connections, row, strict=True):
                 self._writer.write(connection, stamp, data)
 
-    def _append(self, connections: list[Any], rows: list[tuple[int, tuple[bytes, ...]]]) -> None:
-        """Do what rosbags' write does for each message of an MCAP file, three times as fast."""
-        writer, storage = self._writer, cast('Any', self._writer.storage)
-        chunk = storage.chunk
-        pieces: list[bytes] = []
-        at = chunk.bio.tell()
-        indices = [(c.id, chunk.msgs[c.id]) for c in connections]
-        for stamp, row in rows:
-            for (channel, index), data in zip(indices, row, strict=True):
-                index.append((stamp, at))
-                pieces += (_MESSAGE.pack(5, 22 + len(data), channel, 0, stamp, stamp), data)
-                at += _MESSAGE.size + len(data)
-        chunk.bio.write(b''.join(pieces))
-        first, last = rows[0][0], rows[-1][0]
-        for each in (storage, chunk):
-            each.message_start_time = min(first, each.message_start_time)
-            each.message_end_time = max(last, each.message_end_time)
+    def write_float64(
+        self, topics: Sequence[str], which: Index, stamps: Stamps, values: Values
+    ) -> None:
+        """Write Float64 messages in the order of ``stamps``, each on its topic of ``topics``.
+
+        ``which`` says on which; all arrays have shape (n,).
+        """
+        if not len(stamps):
+            return
+        if not isinstance(self._storage, McapStorage):
+            for i, stamp, value in zip(
+                which.tolist(), stamps.tolist(), values.tolist(), strict=True
+            ):
+                self.write(topics[i], stamp, packed(value))
+            return
+        numbers = np.array([self._connections[topic].id for topic in topics])
+        self._storage.write_float64(numbers[which], stamps, values)
+        each = np.bincount(which, minlength=len(topics)).tolist()
+        self._counted(
+            int(stamps[0]), int(stamps[-1]), dict(zip(numbers.tolist(), each, strict=True))
+        )
+
+    def _counted(self, first: int, last: int, counts: Mapping[int, int]) -> None:
+        """Tell rosbags' writer, which writes metadata.yaml, what went past it."""
+        writer = self._writer
         writer.min_timestamp = min(first, writer.min_timestamp)
         writer.max_timestamp = max(last, writer.max_timestamp)
-        for connection in connections:
-            storage.channel_stats[connection.id] += len(rows)
-            writer.counts[connection.id] += len(rows)
-        if at > _CHUNK:
-            storage.close_chunk()
+        for number, count in counts.items():
+            writer.counts[number] += count
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system."""
-        storage: Any = self._writer.storage
-        if hasattr(storage, 'close_chunk'):
-            if storage.chunk.msgs:
-                storage.close_chunk()
-            storage.bio.flush()
+        if isinstance(self._storage, McapStorage):
+            self._storage.flush()
         else:
-            storage.conn.commit()
+            self._storage.conn.commit()
 
     def close(self) -> None:
         """Write the index and the metadata."""
         self._writer.close()
 
 
+def _opened(path: Path, storage: str) -> Writer:
+    """Return rosbags' writer, with an MCAP storage of ours, which writes checksums."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    class CheckedWriter(Writer):
+        """Writes MCAP files with checksums."""
+
+        STORAGE_PLUGINS = {**Writer.STORAGE_PLUGINS, StoragePlugin.MCAP: McapStorage}  # noqa: RUF012
+
+    plugin = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}[storage]
+    writer = CheckedWriter(path, version=9, storage_plugin=plugin)
+    writer.open()
+    return writer
+
+
+def _checked(name: str) -> str:
+    """Return a scenario's name, which becomes the name of a file in the bag. Raises BagError."""
+    if Path(name).name != name or name.startswith('.') or '\0' in name:
+        raise BagError(
+            f'the name of a scenario must be a plain word, since a file in the bag bears it, got '
+            f'{name!r}; choose another'
+        )
+    return name
+
+
 def write_bag(
     path: str | Path,
-    signals: Mapping[str, tuple[Sequence[int], Array]],
+    signals: Mapping[str, tuple[Sequence[int], Values]],
     scenario_name: str,
     scenario_yaml: str,
     storage: str = 'mcap',
@@ -133,11 +158,13 @@ def write_bag(
     Raises BagError.
     """
     writer = BagWriter(path, storage, scenario_yaml, scenario_name)
-    samples = []
-    for name, (stamps, values) in signals.items():
-        topic = f'/{name}'
+    topics = [f'/{name}' for name in signals]
+    for topic in topics:
         writer.add(topic, FLOAT64)
-        samples += [(stamp, topic, value) for stamp, value in zip(stamps, values, strict=True)]
-    for stamp, topic, value in sorted(samples, key=lambda s: s[0]):
-        writer.write(topic, stamp, packed(value))
+    found = [(np.asarray(s, np.int64), np.asarray(v, np.float64)) for s, v in signals.values()]
+    stamps = np.concatenate([s for s, _ in found]) if found else np.empty(0, np.int64)
+    values = np.concatenate([v for _, v in found]) if found else np.empty(0)
+    which = np.repeat(np.arange(len(found)), [len(s) for s, _ in found])
+    order = np.argsort(stamps, kind='stable')
+    writer.write_float64(topics, which[order], stamps[order], values[order])
     writer.close()

@@ -2,7 +2,8 @@
 
 import pytest
 
-from eventreg_ros.bags.reader import FLOAT64, read_bag
+from eventreg_ros.bags.channel import FLOAT64
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.bags.writer import BagWriter
 from eventreg_ros.runtime.cdr import packed
 

@@ -10,7 +10,8 @@ import sys
 import numpy as np
 import pytest
 
-from eventreg_ros.bags.reader import FLOAT64, read_bag
+from eventreg_ros.bags.channel import FLOAT64
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.bags.writer import BagWriter, write_bag
 from eventreg_ros.errors import BagError
 from eventreg_ros.runtime.cdr import packed
@@ -23,6 +24,15 @@ VALUES = [
     0.0, -0.0, 1.0, -1.5, math.pi, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308,
     math.inf, -math.inf, math.nan, 0.1 + 0.2,
 ]  # fmt: skip
+
+
+def zstd(data):
+    """Pack bytes as rosbag2 packs a file."""
+    if sys.version_info >= (3, 14):
+        from compression.zstd import compress
+    else:
+        from backports.zstd import compress
+    return compress(data)
 
 
 def bits(values):
@@ -197,7 +207,7 @@ def test_what_was_flushed_can_be_read_while_the_writer_lives(tmp_path, storage):
 
 KILLED = """
 import os, signal, sys
-from eventreg_ros.bags.reader import FLOAT64
+from eventreg_ros.bags.channel import FLOAT64
 from eventreg_ros.bags.writer import BagWriter
 from eventreg_ros.runtime.cdr import packed
 writer = BagWriter(sys.argv[1], sys.argv[2], 'plant: {ros__parameters: {}}', 'killed')
@@ -407,22 +417,29 @@ def test_a_ros_1_bag(tmp_path):
 
 
 @pytest.mark.parametrize('text', ['', '}{', 'rosbag2_bagfile_information: 3', '[1, 2]', '\x00'])
-def test_broken_metadata(tmp_path, text):
+def test_broken_metadata_is_no_obstacle_and_reported(tmp_path, text):
     write(tmp_path / 'bag', 'mcap', [('/y', START, 1.0)])
     (tmp_path / 'bag' / 'metadata.yaml').write_text(text)
-    assert 'cannot be read' in complaint(tmp_path / 'bag')
+    recording = read_bag(tmp_path / 'bag')
+    assert recording.signals['y'].values.tolist() == [1.0]
+    assert [finding.code for finding in recording.findings] == ['metadata-disagrees']
 
 
 def test_metadata_of_files_that_are_gone(tmp_path):
     write(tmp_path / 'bag', 'mcap', [('/y', START, 1.0)])
     (tmp_path / 'bag' / 'bag.mcap').unlink()
-    assert 'cannot be read' in complaint(tmp_path / 'bag')
+    assert 'has none of the files that its metadata.yaml names (bag.mcap)' in complaint(
+        tmp_path / 'bag'
+    )
 
 
-def test_without_rosbags_the_message_says_so(tmp_path, monkeypatch):
-    write(tmp_path / 'bag', 'mcap', [('/y', START, 1.0)])
-    monkeypatch.setitem(sys.modules, 'rosbags.highlevel', None)
-    assert complaint(tmp_path / 'bag').endswith('pip install rosbags')
+def test_without_a_library_the_message_says_which(tmp_path, monkeypatch):
+    write(tmp_path / 'bag', 'sqlite3', [('/y', START, 1.0)])
+    packed_file = tmp_path / 'bag.db3.zstd'
+    packed_file.write_bytes(zstd((tmp_path / 'bag' / 'bag.db3').read_bytes()))
+    for name in ('backports.zstd', 'compression.zstd'):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert 'pip install' in complaint(packed_file)
 
 
 # Writing where it cannot be ---------------------------------------------------------------------

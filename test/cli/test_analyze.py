@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.bags.reader import FLOAT64
+from eventreg_ros.bags.channel import FLOAT64
 from eventreg_ros.bags.writer import BagWriter, write_bag
 from eventreg_ros.cli.main import main
 from eventreg_ros.runtime.cdr import packed
@@ -223,8 +223,8 @@ def test_it_needs_neither_ros_nor_what_it_does_not_use(make_bag, python):
     result = python('-c', BLOCKED, 'analyze', str(make_bag(w=W, y=[], u=U)))
     assert result.returncode == 0
     loaded = set(result.stderr.split())
-    assert {'numpy', 'rosbags'} <= loaded
-    assert not loaded & {'rclpy', 'scipy', 'matplotlib', 'numba'}
+    assert 'numpy' in loaded
+    assert not loaded & {'rclpy', 'rosbags', 'scipy', 'matplotlib', 'numba'}
 
 
 def test_the_report_needs_matplotlib_but_neither_ros_nor_scipy(make_bag, python, tmp_path):

@@ -1,0 +1,57 @@
+"""What a reader returns: signals, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..models.roles import SIGNALS
+from .channel import Stamps
+from .finding import Finding
+from .messages import Values
+from .times import Time
+
+
+class Stamped(NamedTuple):
+    """A signal, both of shape (n,): stamps in nanoseconds of ROS time, ascending, and values."""
+
+    stamps: Stamps
+    values: Values
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The signals of a bag, and what is wrong with it.
+
+    ``scenario`` is the parameter file's text that the recorder stored, or None; ``name`` what it is
+    called. ``time`` says which time the stamps are, ``topics`` where each signal comes from.
+    """
+
+    signals: dict[str, Stamped]
+    findings: tuple[Finding, ...]
+    scenario: str | None
+    name: str | None
+    time: Time
+    topics: dict[str, str]
+
+    @property
+    def start(self) -> int:
+        """The stamp of the run's first sample; where there are ours, others do not count."""
+        return first_stamp({name: stamped.stamps for name, stamped in self.signals.items()})
+
+    def in_model_time(self, time_scale: float) -> dict[str, tuple[Values, Values]]:
+        """Return the signals over model time, t = 0 at the first sample of the run."""
+        return {
+            name: ((stamps - self.start).astype(np.float64) * (time_scale * 1e-9), values)
+            for name, (stamps, values) in self.signals.items()
+        }
+
+
+def first_stamp(signals: Mapping[str, Stamps]) -> int:
+    """Return the first stamp of the paper's signals, of all where there are none of those."""
+    found = {name: int(stamps[0]) for name, stamps in signals.items() if len(stamps)}
+    ours = [stamp for name, stamp in found.items() if name in SIGNALS]
+    return min(ours or found.values(), default=0)

@@ -1,0 +1,126 @@
+"""Whether values can be believed: two sources in one signal, and samples far off all others."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .channel import Index
+from .messages import Values
+
+_BLOCK = 2**15
+_WINDOW = 16
+_TURNS = 6
+"""A window of a smooth signal turns once or twice; where two sources alternate, more often."""
+_ALIKE = 0.15
+_WINDOWS = 3
+_SIZE = 1e-3
+_WILD = 1e6
+_LONE = 3
+"""So many lone samples are an accident, more are the nature of the signal."""
+
+
+def two_sources(values: Values) -> int | None:
+    """Return from which sample on two sources alternate, None where they do not.
+
+    A sample of theirs is far from the one before, yet close to one of the two before that. Noise is
+    not: of any three samples the nearest is still a third as far away as the next.
+    """
+    count = len(values) // _WINDOW - 1
+    if count < _WINDOWS:
+        return None
+    with np.errstate(all='ignore'):
+        windows = _turning(values[: (count + 1) * _WINDOW])
+        if len(windows) < _WINDOWS:
+            return None
+        found = windows[_alternate(values, windows)]
+    runs = found[: len(found) - _WINDOWS + 1]
+    together = runs[found[_WINDOWS - 1 :] - runs == _WINDOWS - 1]
+    return int(together[0]) * _WINDOW if len(together) else None
+
+
+def _turning(values: Values) -> Index:
+    """Return the windows, but for the first, in which the signal turns often."""
+    found = []
+    for at in range(0, len(values), _BLOCK):
+        steps = np.diff(values[at : at + _BLOCK + 2])
+        turns = steps[1:] * steps[:-1] < 0
+        whole = len(turns) // _WINDOW
+        counts = turns[: whole * _WINDOW].reshape(whole, _WINDOW).sum(1)
+        found.append(np.flatnonzero(counts >= _TURNS) + at // _WINDOW)
+    windows = np.concatenate(found)
+    return windows[windows > 0]
+
+
+def _alternate(values: Values, windows: Index) -> Index:
+    """Return which windows hold samples of two sources."""
+    scale = _spread(values)
+    found = []
+    for at in range(0, len(windows), _BLOCK // _WINDOW):
+        part = windows[at : at + _BLOCK // _WINDOW, None] * _WINDOW + np.arange(-3, _WINDOW)
+        table = values[part]
+        apart = [np.abs(table[:, 3:] - table[:, 3 - k : -k]) for k in (1, 2, 3)]
+        step, nearest = apart[0].mean(1), np.minimum.reduce(apart).mean(1)
+        found.append(np.flatnonzero((nearest < _ALIKE * step) & (step > _SIZE * scale)) + at)
+    return np.concatenate(found)
+
+
+def _spread(values: Values) -> float:
+    """Return the range of most of the values."""
+    some = values[:: max(len(values) // 4096, 1)]
+    some = some[np.isfinite(some)]
+    if not len(some):
+        return 0.0
+    low, high = np.percentile(some, [2, 98])
+    return float(high - low)
+
+
+def wild_samples(values: Values) -> Index:
+    """Return the samples that are larger than all others by so much that no signal can be."""
+    if not (values > _WILD).any() and not (values < -_WILD).any():
+        return np.empty(0, np.intp)
+    wild = np.isfinite(values) & (np.abs(values) > _WILD * max(_spread(values), 1.0))
+    return np.flatnonzero(wild)
+
+
+def lone_samples(values: Values) -> list[int]:
+    """Return the few samples that are far off both neighbours, which are close to each other."""
+    if len(values) < _WINDOW:
+        return []
+    with np.errstate(all='ignore'):
+        places, heights, largest = _peaks(values)
+        if largest == np.inf:
+            places, heights, largest = _peaks(np.where(np.isfinite(values), values, np.nan))
+        if not len(places) or not heights.max() > 0.5 * largest:
+            return []
+        return _judged(values, places, heights)
+
+
+def _peaks(values: Values) -> tuple[Index, Values, float]:
+    """Return where the signal turns, the smaller of the steps to either side, and the largest step.
+
+    Steps from or to what is not finite do not count.
+    """
+    places, heights, largest = [], [], 0.0
+    for at in range(0, len(values) - 2, _BLOCK):
+        steps = np.diff(values[at : at + _BLOCK + 2])
+        turns = np.flatnonzero(steps[1:] * steps[:-1] < 0)
+        places.append(turns + at + 1)
+        heights.append(np.minimum(np.abs(steps[turns]), np.abs(steps[turns + 1])))
+        largest = max(largest, float(np.nanmax(np.abs(steps), initial=0.0)))
+    return np.concatenate(places), np.concatenate(heights), largest
+
+
+def _judged(values: Values, places: Index, heights: Values) -> list[int]:
+    order = np.argsort(heights)[::-1][: _LONE + 1]
+    steps = np.abs(np.diff(values))
+    steps[~np.isfinite(steps)] = 0.0
+    found: list[int] = []
+    for k in order.tolist():
+        place, height = int(places[k]), float(heights[k])
+        near = np.r_[steps[max(place - 6, 0) : place - 1], steps[place + 1 : place + 6]]
+        rest = steps.copy()
+        for other in (*found, place):
+            rest[other - 1 : other + 1] = 0.0
+        if height > 3.0 * rest.max() or (height > 0.5 * rest.max() and height > 20.0 * near.max()):
+            found.append(place)
+    return sorted(found) if len(found) <= _LONE else []
