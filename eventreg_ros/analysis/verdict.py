@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
+from ..models.model import output_beside
 from ..models.roles import SIGNALS
 from .criteria import RESET, SETTLE, THRESHOLD, WINDOW
 from .events import detect
@@ -44,7 +45,10 @@ def judge(
             f"no samples of y, the plant's output, to judge (signals found: {found}); "
             'record or remap it'
         )
-    events = {name: detect(t, x, threshold, reset) for name, (t, x) in signals.items()}
+    events = {
+        name: [] if output_beside(name, signals) else detect(t, x, threshold, reset)
+        for name, (t, x) in signals.items()
+    }
     rejection = reject(events.get('w', []), events['y'], events.get('y_r', []), settle, window)
     return {
         'scenario': scenario,

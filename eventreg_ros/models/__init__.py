@@ -2,7 +2,7 @@
 
 from .catalogue import default_x0, model_names, model_of
 from .linear import HARMONIC, INTERNAL_MODEL, LAG
-from .model import Model, ModelParameter, Params, State, first_state
+from .model import Learner, Model, ModelParameter, Observed, Params, State, first_state
 from .neuron import FOLD, NEURON, OSCILLATOR
 from .roles import ROLES, SIGNALS, Role
 
@@ -15,8 +15,10 @@ __all__ = [
     'OSCILLATOR',
     'ROLES',
     'SIGNALS',
+    'Learner',
     'Model',
     'ModelParameter',
+    'Observed',
     'Params',
     'Role',
     'State',

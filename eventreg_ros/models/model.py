@@ -15,9 +15,9 @@ nodes and compiled by numba in the sweeps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 State = tuple[float, ...]
 Params = tuple[float, ...]
@@ -53,6 +53,40 @@ def free(x: State, p: Params) -> State:
     return x
 
 
+class Observed(NamedTuple):
+    """A state that is published beside the output, as the signal ``<output>/<name>``."""
+
+    name: str
+    state: int
+
+
+def output_beside(signal: str, signals: Collection[str]) -> str | None:
+    """Return the output beside which ``signal`` is published: u for u/tau; None for an output.
+
+    ``signals`` are all there are.
+    """
+    output = signal.rpartition('/')[0]
+    return output if output in signals else None
+
+
+@dataclass(frozen=True)
+class Learner:
+    """How a model learns one of its parameters while it runs; see :mod:`..control.adaptive`.
+
+    ``rate(x, drive, p)`` is the parameter's derivative by model time per unit of gain, kept within
+    ``low`` and ``high`` (defaults, the user may set others). For the variational equation,
+    ``sensitivity(x, drive, p)`` is the derivative of the model's ``rhs`` by the parameter, and
+    ``gradient(x, drive, p)`` that of ``rate``: by each state, by the parameter, by the drive.
+    """
+
+    parameter: str
+    rate: Output
+    low: float
+    high: float
+    sensitivity: Rhs
+    gradient: Callable[[State, float, Params], State]
+
+
 @dataclass(frozen=True)
 class Model:
     """A dynamical system with one scalar input and one scalar output.
@@ -63,7 +97,9 @@ class Model:
     state, and in the last column by the drive; without it ``eventreg certify`` cannot measure
     exponents. ``output`` must be linear in (x, drive): it is its own derivative. ``x0`` is the
     initial state where none is given; None takes the role's. ``confine(x, p)`` brings a state back
-    within its bounds after each step.
+    within its bounds after each step. ``observed`` are
+    the states that are published beside the output. ``learns`` says how a controller may learn a
+    parameter; ``learned`` names the parameters that are the last states instead.
     """
 
     name: str
@@ -76,6 +112,14 @@ class Model:
     jacobian: Jacobian | None = None
     x0: State | None = None
     confine: Callable[[State, Params], State] = free
+    observed: tuple[Observed, ...] = ()
+    learns: Learner | None = None
+    learned: tuple[str, ...] = ()
+
+    @property
+    def own(self) -> int:
+        """How many of the states are the model's own, not parameters that it learns."""
+        return self.dimension - len(self.learned)
 
     def params(self, values: Mapping[str, Any]) -> Params:
         """Return ``p`` from values by parameter name. Raises KeyError when one is missing."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .model import Model, ModelParameter, Params, State, first_state
+from .model import Learner, Model, ModelParameter, Params, State, first_state
 
 FOLD = 1.0
 """The fold of the cubic nullcline x - x^3/3: beyond it a neuron is on its way into a spike."""
@@ -67,6 +67,26 @@ def oscillator_jacobian(x: State, drive: float, p: Params) -> tuple[State, ...]:
     )
 
 
+def oscillator_sensitivity(x: State, drive: float, p: Params) -> State:
+    """Return the derivative of :func:`oscillator_rhs` by tau."""
+    return (0.0, x[0] - x[1], 0.0, x[2] - x[3])
+
+
+def tau_rate(x: State, drive: float, p: Params) -> float:
+    """Return -k e x2 tau, by which a driven oscillator learns the tau of what drives it.
+
+    The rule of adaptive frequency oscillators (Righetti, Buchli, Ijspeert, Physica D 216, 2006)
+    with the regulation error e, the drive, as teacher.
+    """
+    return -p[0] * drive * x[1] * p[1]
+
+
+def tau_gradient(x: State, drive: float, p: Params) -> State:
+    """Return the derivative of :func:`tau_rate` by the states, by tau, and by the drive."""
+    k, tau = p[0], p[1]
+    return (0.0, -k * drive * tau, 0.0, 0.0, -k * drive * x[1], -k * x[1] * tau)
+
+
 NEURON = Model(
     'neuron', 2, neuron_rhs, first_state, PARAMETERS, NeuronParams, jacobian=neuron_jacobian
 )
@@ -78,4 +98,5 @@ OSCILLATOR = Model(
     PARAMETERS,
     NeuronParams,
     jacobian=oscillator_jacobian,
+    learns=Learner('tau', tau_rate, 0.02, 1.5, oscillator_sensitivity, tau_gradient),
 )

@@ -3,28 +3,75 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
+from rclpy.parameter import Parameter
+
+from ..control.adaptive import paused
+from ..runtime.cdr import packed
 from ..scenario import block_spec
-from ..simulation.block import Block
+from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED
+from ..simulation.block import Block, BlockSpec
+from .managed import Status
 from .pace import Lines
 from .signal import SignalNode
+from .topics import signal_topic
 
 
 class BlockNode(SignalNode):
-    """Steps its block on the grid, with the samples of its inputs."""
+    """Steps its block on the grid, with the samples of its inputs.
+
+    What the block has learned is written back to its ROS parameter whenever a parameter is set, and
+    when the node stops: so it goes on from there, and starts from there when it is activated again.
+    """
 
     block: Block | None = None
 
+    def __init__(self, kind: str, **kwargs: Any) -> None:
+        super().__init__(kind, **kwargs)
+        self.observed: dict[str, Any] = {}
+        """The publishers of what goes out beside the output, by name: tau on <output>/tau."""
+        self.add_pre_set_parameters_callback(self._learned_beside)
+
+    @property
+    def spec(self) -> BlockSpec:
+        """The block that the parameters describe."""
+        return block_spec(self.label, self.values)
+
+    def open(self) -> None:
+        """Create publishers and subscriptions."""
+        super().open()
+        self.stack.callback(self.observed.clear)
+        self._open_observed()
+
+    def _open_observed(self) -> None:
+        topic = signal_topic(self.values['lockstep'])
+        for name, _ in self.spec.model.observed:
+            if name not in self.observed:
+                self.observed[name] = self.advertise(topic, f'{self.values["output"]}/{name}')
+                if self.stage == ACTIVE:
+                    self.observed[name].on_activate(None)
+
     def begin(self) -> None:
         """Start from x0."""
-        self.block = Block(block_spec(self.label, self.values))
+        self._tune(Block(self.spec))
+        self.stack.callback(self._keep_learned)
         super().begin()
 
     def changed(self) -> None:
         """Take over what may be set while running, from the next step on."""
         super().changed()
-        if self.block is not None and self.stage == 'active':
-            self.block.retune(block_spec(self.label, self.values))
+        if self.stage != UNCONFIGURED:
+            self.stack = self._stages[INACTIVE]
+            self._open_observed()
+        if self.block is not None and self.stage == ACTIVE:
+            self.block.retune(self.spec)
+            self._tune(self.block)
+
+    def _tune(self, block: Block) -> None:
+        self.block, spec = block, block.spec
+        self._moving, self._paused = spec.params, paused(spec.model, spec.params)
 
     def initial(self) -> float:
         """Return the output of the initial state."""
@@ -32,7 +79,48 @@ class BlockNode(SignalNode):
         return self.block.y
 
     def step(self, n: int, lines: Lines) -> float:
-        """Take one step of the block."""
+        """Take one step of the block; while an input is silent it learns nothing."""
         assert self.block is not None
+        self.block.params = self._paused if self.inputs.quiet else self._moving
         y = self.block.advance(lines.base, lines.slope)
         return y if math.isfinite(sum(self.block.x)) else math.nan
+
+    def put(self, value: float) -> None:
+        """Publish the output, and then what goes with it, numbered alike."""
+        super().put(value)
+        for name, publisher in self.observed.items():
+            self.send(publisher, packed(self._observed(name)))
+
+    def _observed(self, name: str) -> float:
+        """Return the present value; where adapt has been set to 0, that of the parameter."""
+        assert self.block is not None
+        states = dict(self.block.spec.model.observed)
+        return self.block.x[states[name]] if name in states else float(self.values[name])
+
+    # What it learns
+
+    @property
+    def learned(self) -> dict[str, float]:
+        """What the running block has learned so far, by parameter."""
+        return self.block.learned if self.block is not None and self.stage == ACTIVE else {}
+
+    def _learned_beside(self, changes: Sequence[Parameter]) -> list[Parameter]:
+        """Return what is to be set beside ``changes``: what was learned and they do not set."""
+        names = {change.name for change in changes}
+        if not names & self.table.keys():
+            return []
+        return [Parameter(n, value=v) for n, v in self.learned.items() if n not in names]
+
+    def _keep_learned(self) -> None:
+        learned = [Parameter(n, value=v) for n, v in self.learned.items() if math.isfinite(v)]
+        with self.until_the_end():
+            if learned:
+                self.set_parameters(learned)
+
+    def report(self) -> Status:
+        """Return the figures of pace and inputs, and what was learned."""
+        level, message, values = super().report()
+        if not self.learned:
+            return Status(level, message, values)
+        learning = 'paused' if self.inputs.quiet else 'on'
+        return Status(level, message, {**values, 'learning': learning, **self.learned})

@@ -72,6 +72,9 @@ class Inputs(Protocol):
     horizon: float
     """Steps over which a line is drawn onwards."""
 
+    quiet: list[str]
+    """The inputs that have been heard and have fallen silent."""
+
     def receiver(self, i: int, go: Callable[[], None]) -> InfoCallback:
         """Return the callback of input ``i``; it calls ``go`` where a step may wait for it."""
 

@@ -22,6 +22,7 @@ class SequencedInputs:
     def __init__(self, signals: tuple[str, ...]) -> None:
         self.signals = signals
         self.horizon = 0.0
+        self.quiet: list[str] = []  # nobody falls silent here: a step waits
         self.samples = [SequencedInput() for _ in signals]
 
     def receiver(self, i: int, go: Callable[[], None]) -> InfoCallback:

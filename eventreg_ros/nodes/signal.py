@@ -93,7 +93,7 @@ class SignalNode(ManagedNode):
                 )
             self.pace = Lockstep(self, self.inputs, self._join)
         else:
-            self.stack.callback(self.put, 0.0)
+            self.stack.callback(self.send, self.publisher, packed(0.0))
             self.pace = RealTime(self, Timing(*(values[name] for name in Timing._fields)), self)
         self.pace.begin()
 

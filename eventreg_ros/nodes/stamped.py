@@ -37,6 +37,7 @@ class StampedInputs:
         self._node, self._log = node, node.get_logger()
         self.samples = [StampedInput() for _ in signals]
         self.silent = [False] * len(signals)
+        self.quiet: list[str] = []
         self._reported_not_finite = [False] * len(signals)
         self.ages = [DurationHistogram() for _ in signals]
         self.delays = [DurationHistogram() for _ in signals]
@@ -86,6 +87,7 @@ class StampedInputs:
         if silent == self.silent[i]:
             return
         self.silent[i] = silent
+        self.quiet = [s for s, quiet in zip(self.signals, self.silent, strict=True) if quiet]
         signal = self.signals[i]
         if silent:
             self._log.warning(f'input {signal} silent for {self.timeout:g} s; it counts as 0')
@@ -98,9 +100,8 @@ class StampedInputs:
         found = [Status(OK, '', figures)]
         if several := self._node.several_writers():
             found.append(Status(WARN, several, {}))
-        quiet = [s for s, silent in zip(self.signals, self.silent, strict=True) if silent]
-        if quiet:
-            found.append(Status(WARN, f'silent, counted as 0: {", ".join(quiet)}', {}))
+        if self.quiet:
+            found.append(Status(WARN, f'silent, counted as 0: {", ".join(self.quiet)}', {}))
         delayed = self._judge_delays()
         return [*found, delayed] if delayed else found
 

@@ -12,9 +12,11 @@ from copy import copy
 from dataclasses import replace
 from typing import Any
 
+from ..control.adaptive import GAIN, learning_parameters
 from ..errors import ModelError, ParameterError
 from ..models.catalogue import default_x0, model_names, model_of
-from ..models.model import ModelParameter
+from ..models.model import Model, ModelParameter
+from ..models.neuron import OSCILLATOR
 from ..models.roles import ROLES
 from .hint import hint
 from .names import NodeName, split
@@ -71,7 +73,14 @@ def _model_rows(kind: str, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         for parameter in model_of(kind, name).parameters:
             if parameter.default is not None or parameter.name not in rows:
                 rows[parameter.name] = _row_of(parameter)
+        if kind == 'controller':
+            rows |= {row.name: row for row in _learning_rows(model_of(kind, name))}
     return tuple(rows.values())
+
+
+def _learning_rows(model: Model) -> tuple[Parameter, ...]:
+    """Return the rows of a controller that can learn a parameter of its ``model``."""
+    return tuple(map(_row_of, learning_parameters(model.learns) if model.learns else ()))
 
 
 def _row_of(parameter: ModelParameter) -> Parameter:
@@ -98,7 +107,8 @@ def _row_of(parameter: ModelParameter) -> Parameter:
 
 def all_parameters() -> dict[str, None]:
     """Return the names of all parameters that a node of ours may have, models of others apart."""
-    rows = [*ROUTE, *MODEL, *WIRES, *PACE, *(row for table in OTHERS.values() for row in table)]
+    rows = [*ROUTE, *MODEL, *_learning_rows(OSCILLATOR), *WIRES, *PACE]
+    rows += [row for table in OTHERS.values() for row in table]
     return {row.name: None for row in rows}
 
 
@@ -149,6 +159,7 @@ def completed(
     values |= {n: copy(row.default) for n, row in table.items() if n not in given}
     if 'model' in table:
         _settle_x0(node, values, 'x0' in given)
+        _check_learning(node, values)
     _check_together(node, values)
     return values
 
@@ -161,6 +172,24 @@ def _check_together(node: str, values: Mapping[str, Any]) -> None:
         )
     if values.get('waveform') == 'csv' and not values['file']:
         raise ParameterError(f"{node}.file must name a csv file for waveform csv, got ''")
+
+
+def _check_learning(node: str, values: Mapping[str, Any]) -> None:
+    """Check the bounds of what a controller learns; with adapt 0 they do not matter."""
+    learner = model_of(split(node).kind, values['model']).learns
+    if learner is None or not values.get(GAIN):
+        return
+    name = learner.parameter
+    low, high, value = (values[key] for key in (f'{name}_min', f'{name}_max', name))
+    if not low < high:
+        raise ParameterError(
+            f'{node}.{name}_min must be < {name}_max ({high:g}) to learn {name}, got {low:g}'
+        )
+    if not low <= value <= high:
+        raise ParameterError(
+            f'{node}.{name} must lie between {name}_min and {name}_max ({low:g} to {high:g}) '
+            f'to be learned, got {value:g}; set the bounds, or {GAIN} to 0'
+        )
 
 
 def _settle_x0(node: str, values: dict[str, Any], given: bool) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..control.adaptive import GAIN, adaptive
 from ..errors import EventregError, ScenarioError
 from ..models.catalogue import model_of
 from ..models.roles import ROLES
@@ -56,13 +57,12 @@ class Scenario:
         """Return the scenario. Raises ScenarioError when two nodes publish the same signal."""
         seen: dict[str, str] = {}
         for node in self.nodes:
-            signal = self.output_of(node)
-            if signal in seen:
-                raise ScenarioError(
-                    f'scenario {self.name}: {seen[signal]} and {node} both publish {signal!r}; '
-                    f'set {node}.output to another signal'
-                )
-            if signal is not None:
+            for signal in self.published_by(node):
+                if signal in seen:
+                    raise ScenarioError(
+                        f'scenario {self.name}: {seen[signal]} and {node} both publish {signal!r}; '
+                        f'set {node}.output to another signal'
+                    )
                 seen[signal] = node
         return self
 
@@ -85,6 +85,14 @@ class Scenario:
         output = self.nodes[node].get('output')
         return None if output is None else self.signal(node, output)
 
+    def published_by(self, node: str) -> list[str]:
+        """Return all signals that ``node`` publishes: its output, and what a block adds to it."""
+        output = self.output_of(node)
+        if output is None:
+            return []
+        ours = self.name_of(node).kind in ROLES and not is_foreign(self.nodes[node])
+        return block_spec(node, self.nodes[node]).signals if ours else [output]
+
     def inputs_of(self, node: str) -> list[str]:
         """Return the signals that ``node`` listens to."""
         values = self.nodes[node]
@@ -95,8 +103,12 @@ class Scenario:
     @property
     def publishers(self) -> dict[str, str]:
         """The signals that somebody publishes, and who."""
-        found = {self.output_of(node): node for node in self.nodes}
-        return {signal: node for signal, node in found.items() if signal is not None}
+        return {signal: node for node in self.nodes for signal in self.published_by(node)}
+
+    @property
+    def outputs(self) -> list[str]:
+        """The signals that have events: the output of every node that has one."""
+        return [output for node in self.nodes if (output := self.output_of(node)) is not None]
 
     @property
     def blocks(self) -> dict[str, BlockSpec]:
@@ -209,7 +221,7 @@ class Scenario:
         extra: Given = {}
         if monitor:
             watched = 'signals' in self.given.get('spike_monitor', {})
-            extra['spike_monitor'] = {} if watched else {'signals': signals}
+            extra['spike_monitor'] = {} if watched else {'signals': self.outputs}
         extra['recorder'] = {
             'signals': signals + wanted,
             'path': path,
@@ -303,13 +315,17 @@ def block_spec(node: str, values: Values) -> BlockSpec:
     """Build the block of ``node`` from its resolved parameters; signals get its namespace."""
     name = split(node)
     model = model_of(name.kind, values['model'])
+    x0 = tuple(values['x0'])
+    if model.learns is not None and values.get(GAIN):
+        model = adaptive(model)
+        x0 += tuple(values[parameter] for parameter in model.learned)
     signs = (('excitatory', 1.0), ('inhibitory', -1.0))
     return BlockSpec(
         name=node,
         role=name.kind,
         model=model,
         params=model.params(values),
-        x0=tuple(values['x0']),
+        x0=x0,
         inputs=tuple(
             (full_name(name.namespace, signal), sign)
             for key, sign in signs

@@ -231,7 +231,9 @@ def expected_matches(scenario: Scenario) -> dict[str, dict[str, int]]:
         if node in scenario.of_kind('recorder') and not values['lockstep']:
             counted = [name for name, signal in full.items() if signal in monitored]
             found |= {f'spikes/{name}/count.publishers': 1 for name in counted}
-        if (output := scenario.output_of(node)) is not None:
-            found[f'{values["output"]}.subscribers'] = listened[output]
+        home = scenario.name_of(node).namespace
+        for signal in scenario.published_by(node):
+            name = signal.removeprefix(f'{home}/') if home else signal
+            found[f'{name}.subscribers'] = listened[signal]
         expected[node] = found
     return expected

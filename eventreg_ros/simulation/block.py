@@ -39,6 +39,16 @@ class BlockSpec:
         return self.time_scale / self.rate
 
     @property
+    def observed(self) -> dict[str, int]:
+        """The signals that it publishes beside its output, each with its place in the state."""
+        return {f'{self.output}/{name}': state for name, state in self.model.observed}
+
+    @property
+    def signals(self) -> list[str]:
+        """All signals that it publishes, the output first."""
+        return [self.output, *self.observed]
+
+    @property
     def horizon(self) -> float:
         """Steps over which an input's line is drawn onwards; 0 for the zero hold."""
         return horizon_in_steps(self.hold, self.h)
@@ -69,13 +79,20 @@ class Block:
     """The state of a block and the one way to move it on, as a node does it."""
 
     def __init__(self, spec: BlockSpec) -> None:
-        self._advance = make_advance(spec.model)
-        self.retune(spec)
+        self.spec = spec
+        self.x: State = spec.x0
         self.reset()
+        self.retune(spec)
 
     def retune(self, spec: BlockSpec) -> None:
-        """Take over other parameters, same model, and go on from the present state."""
-        self.spec = spec
+        """Take over other parameters and go on from the present state.
+
+        What the model learns begins anew at the value of ``spec.x0``; see :attr:`learned`.
+        """
+        own = spec.model.own
+        self.x = (*self.x[:own], *spec.x0[own:])
+        self._advance = make_advance(spec.model)
+        self.spec, self.params = spec, spec.params
         self._sign = tuple(sign for _, sign in spec.inputs)
         self._h = spec.h
 
@@ -84,10 +101,16 @@ class Block:
         self.x = self.spec.x0
         self.y = self.spec.model.output(self.x, 0.0, self.spec.params)
 
+    @property
+    def learned(self) -> dict[str, float]:
+        """The present values of the parameters that the model learns, by name."""
+        model = self.spec.model
+        return dict(zip(model.learned, self.x[model.own :], strict=True))
+
     def advance(self, base: Sequence[float], slope: Sequence[float]) -> float:
         """Take one step with the inputs on the lines (``base``, ``slope``); return the output.
 
         Both have one entry per input of the spec, in its order; see :mod:`.hold`.
         """
-        self.x, self.y = self._advance(self.x, self._sign, base, slope, self.spec.params, self._h)
+        self.x, self.y = self._advance(self.x, self._sign, base, slope, self.params, self._h)
         return self.y

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import lru_cache
+from types import CellType, FunctionType
 from typing import Any
 
 from ..errors import EventregError
 from .kernel import Kernel, Part, make_kernel
+from .step import Compile
 
 Parts = tuple[Part, ...]
 
@@ -23,6 +25,42 @@ _INNER: dict[str, Any] = {
 
 _walked: Counter[Parts] = Counter()
 _compiled: dict[Parts, Kernel] = {}
+
+
+class Whole:
+    """Compiles a function together with the plain functions that it calls by closure or by name.
+
+    numba knows none but compiled ones; so a model may call functions of its own, and be made of
+    another model's. What is no plain Python function, compiled ones say, stays as it is.
+    """
+
+    def __init__(self, compile: Compile) -> None:
+        self._compile = compile
+        self._known: dict[FunctionType, Any] = {}
+
+    def __call__(self, function: Any) -> Any:
+        """Return ``function`` compiled, once however often it is called."""
+        if not isinstance(function, FunctionType):
+            return function
+        if function not in self._known:
+            self._known[function] = function  # while it is on its way: it may call itself
+            self._known[function] = self._compile(self._with_callees(function))
+        return self._known[function]
+
+    def _with_callees(self, function: FunctionType) -> FunctionType:
+        """Return ``function`` with the plain functions that it calls replaced by compiled ones."""
+        held = [cell.cell_contents for cell in function.__closure__ or ()]
+        named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+        called = {name: self(f) for name, f in named.items() if isinstance(f, FunctionType)}
+        if not called and not any(isinstance(each, FunctionType) for each in held):
+            return function
+        return FunctionType(
+            function.__code__,
+            {**function.__globals__, **called},
+            function.__name__,
+            function.__defaults__,
+            tuple(CellType(self(each)) for each in held),
+        )
 
 
 def choose(parts: Parts, steps: int, compiled: bool | None) -> tuple[Kernel, bool]:
@@ -70,5 +108,6 @@ def _compile(parts: Parts) -> Kernel:
         njit = _njit()
         if njit is None:
             raise EventregError('compiled needs numba; pip install numba, or leave compiled out')
-        _compiled[parts] = njit(make_kernel(parts, njit(**_INNER)), error_model='numpy')
+        whole = Whole(njit(**_INNER))
+        _compiled[parts] = njit(make_kernel(parts, whole), error_model='numpy')
     return _compiled[parts]

@@ -24,12 +24,13 @@ class Part(NamedTuple):
 
     ``row`` is the signal that the block writes; ``sources`` the signals that it reads, NOBODY where
     there is none. A link is an entry of ``sources`` that is not NOBODY; links count through all
-    blocks, in order.
+    blocks, in order. ``observed`` are (signal, place in the state) of what it writes besides.
     """
 
     model: Model
     row: int
     sources: tuple[int, ...]
+    observed: tuple[tuple[int, int], ...] = ()
 
 
 class Tuning(NamedTuple):
@@ -153,7 +154,21 @@ def _make_advance(part: Part, lines: Any, compile: Compile) -> Any:
         tables.samples[row * (tables.steps + 1) + n + 1] = y
         return x
 
-    return compile(advance)
+    return _with_observed(compile(advance), part.observed, compile)
+
+
+def _with_observed(advance: Any, observed: Sequence[tuple[int, int]], compile: Compile) -> Any:
+    """Return ``advance`` such that it also writes some of the states at its end."""
+    if not observed:
+        return advance
+    (row, index), inner = observed[-1], _with_observed(advance, observed[:-1], compile)
+
+    def advance_observed(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
+        x = inner(n, x, tuning, tables)
+        tables.samples[row * (tables.steps + 1) + n + 1] = x[index]
+        return x
+
+    return compile(advance_observed)
 
 
 def _make_chain(advances: Sequence[Any], compile: Compile) -> Any:

@@ -24,17 +24,20 @@ class Loop:
     def __post_init__(self) -> None:
         owner = dict.fromkeys(self.stimuli, 'the stimulus')
         for name, spec in self.blocks.items():
-            if spec.output in owner:
-                raise EventregError(
-                    f'{owner[spec.output]} and {name} both publish {spec.output!r}; '
-                    f'set {name}.output to another signal'
-                )
-            owner[spec.output] = name
+            for signal in spec.signals:
+                if signal in owner:
+                    raise EventregError(
+                        f'{owner[signal]} and {name} both publish {signal!r}; '
+                        f'set {name}.output to another signal'
+                    )
+                owner[signal] = name
 
     @property
     def signals(self) -> list[str]:
-        """All signals that are published: those of the stimuli, then each block's."""
-        return [*self.stimuli, *(spec.output for spec in self.blocks.values())]
+        """All signals: the stimuli's, each block's output, and last what blocks publish beside."""
+        blocks = self.blocks.values()
+        outputs = [spec.output for spec in blocks]
+        return [*self.stimuli, *outputs, *(name for spec in blocks for name in spec.observed)]
 
     @property
     def links(self) -> list[tuple[str, str]]:

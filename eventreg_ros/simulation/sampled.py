@@ -46,6 +46,7 @@ class SampledLoop:
                 spec.model,
                 row[spec.output],
                 tuple(row.get(signal, NOBODY) for signal, _ in spec.inputs),
+                tuple((row[signal], i) for signal, i in spec.observed.items()),
             )
             for spec in specs
         )
@@ -87,6 +88,8 @@ class SampledLoop:
             samples[i] = waveform.at(t)
         for part, block in zip(self._parts, self._blocks, strict=True):
             samples[part.row, 0] = block.y
+            for signal, i in part.observed:
+                samples[signal, 0] = block.x[i]
         return samples
 
 

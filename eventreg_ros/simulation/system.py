@@ -24,6 +24,8 @@ class _Part(NamedTuple):
     sources: tuple[int, ...]
     still: tuple[float, ...]
     slot: int
+    observed: tuple[tuple[int, int], ...]
+    """Slot and state of each signal beside the output."""
 
 
 class System:
@@ -35,7 +37,7 @@ class System:
 
     def __init__(self, loop: Loop) -> None:
         self.slots = {name: 1 + i for i, name in enumerate(loop.signals)}
-        self._unknown = [0.0] * len(loop.blocks)
+        self._unknown = [0.0] * (len(loop.signals) - len(loop.stimuli))
         self.x0 = [x for spec in loop.blocks.values() for x in spec.x0]
         self._parts, first = [], 0
         for name, spec in loop.blocks.items():
@@ -56,6 +58,7 @@ class System:
             tuple(self.slots.get(signal, 0) for signal, _ in spec.inputs),
             (0.0,) * len(spec.inputs),
             self.slots[spec.output],
+            tuple((self.slots[name], first + i) for name, i in spec.observed.items()),
         )
 
     def signals(self, v: Sequence[Any], x: Any) -> list[Any]:
@@ -65,6 +68,9 @@ class System:
         are floats, or arrays of one shape (then so are the signals).
         """
         values = [0.0, *v, *self._unknown]
+        for part in self._parts:
+            for slot, i in part.observed:
+                values[slot] = x[i]
         for part in self._direct:
             values[part.slot] = part.model.output(x[part.first : part.last], 0.0, part.params)
         for part in self._through:

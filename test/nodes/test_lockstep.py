@@ -50,7 +50,17 @@ def simulated(name, *overrides, seconds=SECONDS):
 @pytest.mark.parametrize('name', WHOLE)
 @pytest.mark.parametrize('hold', ['zero', 'linear'])
 def test_the_bag_equals_the_sampled_simulation_bit_for_bit(bench, lockstep, tmp_path, name, hold):
-    overrides = [f'/**.hold:={hold}', '/**.rate:=100']
+    assert_bag_is_simulated(bench, lockstep, tmp_path, name, f'/**.hold:={hold}', '/**.rate:=100')
+
+
+def test_what_a_controller_learns_is_recorded_sample_by_sample(bench, lockstep, tmp_path):
+    adaptive = ('controller.adapt:=0.04', 'controller.k:=1', 'exosystem.tau:=0.05')
+    found = assert_bag_is_simulated(bench, lockstep, tmp_path, 'exact', *adaptive, '/**.rate:=100')
+    assert np.ptp(found['u/tau'][1]) > 0.01
+
+
+def assert_bag_is_simulated(bench, lockstep, tmp_path, name, *overrides):
+    """Run three seconds at 100 steps a second; return the signals of the bag."""
     nodes = lockstep(name, *overrides)
     bench.until(lambda: nodes['recorder'].row > 300)
     nodes['recorder'].close()
@@ -62,6 +72,7 @@ def test_the_bag_equals_the_sampled_simulation_bit_for_bit(bench, lockstep, tmp_
         wanted = truth.signals[signal_name].astype(np.float64)
         assert values.view(np.int64).tolist() == wanted.view(np.int64).tolist()
         assert stamps.tolist() == [n * 10_000_000 for n in range(301)]
+    return recording.signals
 
 
 def test_the_order_of_starting_does_not_matter(bench, lockstep, tmp_path):

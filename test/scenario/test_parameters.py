@@ -82,6 +82,8 @@ def test_the_table_is_the_contract():
         assert (values['rate'], values['time_scale'], values['input_timeout']) == (200, 10, 0.5)
         assert (values['autostart'], values['lockstep']) == (True, False)
         assert values['k_y'] == 0.0
+    values = resolve('controller', {})
+    assert (values['adapt'], values['tau_min'], values['tau_max']) == (0.0, 0.02, 1.5)
     monitor = resolve('spike_monitor', {})
     assert (monitor['threshold'], monitor['reset']) == (1.0, 0.0)
     tables = {p.name: p for p in NODES['plant']}
@@ -96,7 +98,8 @@ def test_what_may_be_set_while_running_is_the_contract_and_what_only_warns():
     for node in BLOCKS:
         margins = {'delay_margin', 'delay_margin_zero', 'delay_warn'}
         live = {p.name for p in NODES[node] if p.settable == 'active'}
-        assert live == {'k', 'tau', 'gain', 'time_scale', *margins}
+        learning = {'adapt', 'tau_min', 'tau_max'} if node == 'controller' else set()
+        assert live == {'k', 'tau', 'gain', 'time_scale', *margins, *learning}
 
 
 @pytest.mark.parametrize(('node', 'parameter'), EVERY, ids=IDS)
