@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What pip and colcon install: eventreg in bin/, where both put it on the path, the rest below."""
 
 from pathlib import Path

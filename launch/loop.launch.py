@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Start the nodes of a scenario: ros2 launch eventreg_ros loop.launch.py scenario:=exact."""
 
 import shutil
