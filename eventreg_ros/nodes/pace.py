@@ -37,6 +37,9 @@ class Lines(NamedTuple):
 class Work(Protocol):
     """What a pace asks of the node that it paces. Each may raise FaultError."""
 
+    def poll(self) -> None:
+        """Take in the samples that have come and nobody was woken for."""
+
     def first(self) -> float:
         """Return sample 0."""
 

@@ -116,6 +116,7 @@ class RealTime:
     def _take(self, due: int, now: int, origin: int) -> None:
         """Take all steps up to sample ``due`` and publish it."""
         late = now - self.grid.stamp(origin + (self.n + 1 if self.n >= 0 else due))
+        self._work.poll()
         try:
             self._work.put(self._until(due, now, origin))
         except FaultError as fault:

@@ -11,12 +11,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from rclpy.node import Node
-
 from ..bags.writer import BagWriter
 from ..errors import BagError
 from ..runtime.sequenced_input import flaw
 from ..scenario.parameter import ACTIVE
+from .endpoints import InfoCallback
 from .info import number_of
 from .lockstep import Participant
 from .managed import OK, ManagedNode, Status
@@ -24,7 +23,7 @@ from .ros import run_node
 from .topics import COUNT, EVENT, LOCKSTEP_SIGNAL, RECORDED_SIGNAL, Topic
 
 LOOK = 0.005
-"""Seconds between looks at what has come, in lockstep."""
+"""Seconds between looks at what has come: no message wakes the recorder."""
 
 
 class Recorder(ManagedNode):
@@ -63,47 +62,35 @@ class Recorder(ManagedNode):
         self.topics = [self.resolve_topic_name(signal) for signal in signals]
         self.waiting: list[list[bytes]] = [[] for _ in signals]
         self.row = 0
-        self.tap = Node(
-            f'_{self.get_name()}_tap',
-            context=self.context,
-            namespace=self.get_namespace(),
-            use_global_arguments=False,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
-        self.stack.callback(self._destroy_tap)
-        for signal, topic in zip(signals, self.topics, strict=True):
+        self.wrong: str | None = None
+        for i, (signal, topic) in enumerate(zip(signals, self.topics, strict=True)):
             self.writer.add(topic, LOCKSTEP_SIGNAL.type_name)
             self.recorded[signal] = 0
-            self.sources[signal] = self.tap.create_subscription(
-                LOCKSTEP_SIGNAL.message, topic, lambda _: None, LOCKSTEP_SIGNAL.qos, raw=True
-            )
+            self.subscribe(LOCKSTEP_SIGNAL, signal, self._queue(i, signal), polled=True)
         self.steady_timer(1.0, self._flush)
 
-    def _take(self) -> None:
-        """Take what has come since, and write the rows that are complete.
+    def _queue(self, i: int, signal: str) -> InfoCallback:
+        """Return what puts the samples of one signal in order until their row is complete."""
+        queue = self.waiting[i]
 
-        That nobody waits for the recorder is what makes it cheap: its subscriptions belong to a
-        node that no executor knows, and are emptied now and then, at a fifth of a callback's cost.
-        """
+        def receive(data: bytes, info: dict[str, Any]) -> None:
+            expected = self.row + len(queue)
+            number = number_of(info)
+            if number == expected:
+                queue.append(data)
+            elif self.wrong is None:
+                self.wrong = flaw(number, expected, f' of {signal}')
+
+        return receive
+
+    def _take(self) -> None:
+        """Take what has come, and write the rows that are complete."""
         if self.stage != ACTIVE or self.fault is not None:
             return
-        for queue, (signal, source) in zip(self.waiting, self.sources.items(), strict=True):
-            expected = self.row + len(queue)
-            with source.handle:
-                while (
-                    taken := source.handle.take_message(LOCKSTEP_SIGNAL.message, True)
-                ) is not None:
-                    data, info = taken
-                    number = number_of(info)
-                    if number == expected:
-                        queue.append(data)
-                        expected += 1
-                    elif wrong := flaw(number, expected, f' of {signal}'):
-                        self._write_rows(min(map(len, self.waiting)))
-                        self.fail(f'{wrong}; the bag ends before it')
-                        return
+        self.poll()
         self._write_rows(min(map(len, self.waiting)))
+        if self.wrong is not None and self.fault is None:
+            self.fail(f'{self.wrong}; the bag ends before it')
 
     def _write_rows(self, rows: int) -> None:
         stamps = [self.participant.stamp(self.row + i) for i in range(rows)]
@@ -127,12 +114,9 @@ class Recorder(ManagedNode):
         """Record from now on."""
         if self.values['lockstep']:
             self.participant = Participant(self, lambda: None, self._missing)
-            self.stack.callback(self._take)
-            self.take_timer = self.steady_timer(LOOK, self._take)
-
-    def _destroy_tap(self) -> None:
-        self.sources.clear()
-        self.tap.destroy_node()
+        take = self._take if self.values['lockstep'] else self.poll
+        self.stack.callback(take)
+        self.take_timer = self.steady_timer(LOOK, take)
 
     def _record(self, kind: Topic, signal: str) -> None:
         name = kind.of(signal)
@@ -146,7 +130,8 @@ class Recorder(ManagedNode):
             self._write(topic, self.stamp_of(info), data)
             self.recorded[name] += 1
 
-        self.subscribe(kind, signal, receive)
+        # In simulation time a message counts from its arrival: it must not wait.
+        self.subscribe(kind, signal, receive, polled=not self.in_simulation_time)
 
     def _write(self, topic: str, stamp: int, data: bytes) -> None:
         try:

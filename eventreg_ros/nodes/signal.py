@@ -62,8 +62,11 @@ class SignalNode(ManagedNode):
         self.publisher = self.advertise(topic, self.values['output'])
         signals = tuple(signal for signal, _ in self.signs)
         self.inputs = self._make_inputs(signals)
+        # Nobody need be woken by a sample: in real time it is used at the next tick. In simulation
+        # time it counts from its arrival, and in lockstep a step may wait for it.
+        polled = not (self.values['lockstep'] or self.in_simulation_time)
         for i, signal in enumerate(signals):
-            self.subscribe(topic, signal, self.inputs.receiver(i, self._go))
+            self.subscribe(topic, signal, self.inputs.receiver(i, self._go), polled=polled)
 
     def _make_inputs(self, signals: tuple[str, ...]) -> Inputs:
         lockstep = self.values['lockstep']

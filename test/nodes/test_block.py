@@ -105,12 +105,12 @@ def test_k_and_tau_take_effect_from_the_next_step(bench):
 
 def test_deactivated_it_publishes_zero_once_and_activated_it_starts_from_x0(bench):
     heard = bench.heard(Float64, 'u')
-    node = bench.add(CONTROLLER)
-    bench.until(lambda: len(heard) > 20)
+    node = bench.add(CONTROLLER, 'rate:=25.0')  # slow, so that its first tick is not late
+    bench.until(lambda: len(heard) > 5)
     node.trigger_deactivate()
     bench.until(lambda: heard[-1].data == 0.0)
     count = len(heard)
-    bench.spin(0.1)  # twenty periods
+    bench.spin(0.2)  # five periods
     assert len(heard) == count
     node.trigger_activate()
     bench.until(lambda: len(heard) > count)
