@@ -19,6 +19,8 @@ PYPI_AND_ROSDEP = {
     'matplotlib': ('matplotlib', 'python3-matplotlib'),
     'yaml': ('PyYAML', 'python3-yaml'),
     'rosbags': ('rosbags', 'python3-rosbags-pip'),
+    'lz4': ('lz4', 'python3-rosbags-pip'),
+    'backports': ('backports.zstd', 'python3-rosbags-pip'),
 }
 """What the package cannot do without, by import: its names on PyPI and for rosdep."""
 
@@ -27,6 +29,8 @@ EXTRAS = {'numba': 'fast', 'pandas': 'frames', 'xarray': 'frames', 'pyarrow': 'f
 
 NOT_IMPORTED = {'ros2launch'}
 """What README uses and no file imports."""
+
+STANDARD = {*sys.stdlib_module_names, 'compression'}  # the latter from Python 3.14 on
 
 
 @pytest.fixture(scope='module')
@@ -65,7 +69,7 @@ def imported(*folders):
     paths = [path for folder in folders for path in (ROOT / folder).rglob('*.py')]
     names = {name.partition('.')[0] for path in paths for name in _imports(path)}
     scripts = {path.stem for folder in ('bench', 'docs') for path in (ROOT / folder).glob('*.py')}
-    return names - scripts - {'eventreg_ros'} - set(sys.stdlib_module_names)
+    return names - scripts - {'eventreg_ros'} - STANDARD
 
 
 def _imports(path):
