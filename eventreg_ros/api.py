@@ -31,6 +31,7 @@ from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
 from .scenario import Scenario
 from .scenario.hint import hint
+from .scenario.interventions import read_all, turns
 from .simulation.continuous import simulate as simulate_continuous
 from .simulation.impairment import Impairment
 from .simulation.loop import Loop
@@ -133,12 +134,14 @@ def simulate(
     jitter: float = 0.0,
     seed: int = 0,
     on: Collection[str] | None = None,
+    at: Sequence[str] = (),
 ) -> Run:
     """Simulate a scenario (or the one of that name) over ``duration`` of model time.
 
     As one continuous system, or ``sampled``: sample by sample as the nodes do it in lockstep, each
     link with ``delay`` and ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``;
-    ``on`` names the signals whose links are impaired (None: all).
+    ``on`` names the signals whose links are impaired (None: all). ``at`` holds interventions as
+    texts ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time.
     Raises EventregError when the loop cannot be simulated or the state stops being finite.
     """
     scenario = _loaded(scenario)
@@ -147,15 +150,16 @@ def simulate(
             f'delay, loss, jitter, seed and on belong to a sampled simulation, got '
             f'{delay:g}, {loss:g}, {jitter:g}, {seed} and {on}; add sampled=True'
         )
-    loop = scenario.loop
+    loop, done = scenario.loop, turns(read_all(at, scenario), scenario)
     if sampled:
         links = None if on is None else frozenset(on)
         impairment = Impairment(delay, loss, jitter, seed, _need_linked(loop, links))
-        found = simulate_sampled(loop, duration, impairment)
+        found = simulate_sampled(loop, duration, impairment, done)
         return Run(scenario, found.t, found.signals, found)
     time_scale, rate = loop.grid
     every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
-    found = simulate_continuous(loop.sampled_at(every * rate), duration)
+    fine = loop.sampled_at(every * rate)
+    found = simulate_continuous(fine, duration, turns=done)
     coarse = {name: x[::every] for name, x in found.signals.items()}
     return Run(scenario, found.t[::every], coarse, found)
 

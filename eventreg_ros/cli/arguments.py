@@ -41,6 +41,15 @@ def add_link(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def add_at(parser: argparse.ArgumentParser, letter: str, unit: str) -> None:
+    """Add --at, whose times are in ``unit``."""
+    parser.add_argument(
+        '--at', action='append', default=[], metavar=f'{letter}:ACTION',
+        help=f'do something at a time in {unit}: {letter}:NODE.PARAM:=VALUE, '
+        f'{letter}:NODE:deactivate or {letter}:NODE:activate; may be repeated',
+    )  # fmt: skip
+
+
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add --json."""
     parser.add_argument('--json', metavar='F', type=Path, help='write the result as JSON')

@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 
 from ..analysis.verdict import EXIT_CODES, table
+from ..scenario.interventions import read_all
 from ..session.live import DURATION, LiveRun, bag_of, check, run
 from . import live_timing
 from .arguments import (
+    add_at,
     add_json,
     add_link,
     add_scenario,
@@ -41,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--composed', action='store_true', help='all nodes in one process and one executor'
     )
     add_link(parser)
+    add_at(parser, 'S', 'seconds')
     add_json(parser)
     add_window(parser)
 
@@ -51,6 +54,7 @@ def main(args: argparse.Namespace) -> int:
     scenario = load_scenario(args, implicit).with_links(args.links)
     bag = args.bag or bag_of(scenario)
     check(scenario, bag)
+    read_all(args.at, scenario)
     home = next(parent for parent in bag.absolute().parents if parent.exists())
     need_writable(home / bag.name)
     need_writable(args.json)
@@ -61,6 +65,7 @@ def main(args: argparse.Namespace) -> int:
         lockstep=args.lockstep,
         composed=args.composed,
         observer=Terminal(args.duration),
+        at=args.at,
         settle=args.settle,
         window=args.window,
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import EventregError
 from .arguments import (
+    add_at,
     add_json,
     add_scenario,
     add_window,
@@ -55,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--on', type=_names, metavar='SIGNAL,...',
         help='the signals whose links are impaired (all); --sampled',
     )  # fmt: skip
+    add_at(parser, 'T', 'model time')
     parser.add_argument(
         '--out', type=Path, metavar='F', help='write the signals: .npz, .csv, .parquet'
     )
@@ -71,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
     impairments = _check(args)
     scenario = load_scenario(args)
     _ = scenario.rate, scenario.time_scale  # raises unless all nodes, stimulus too, agree
-    run = simulate(scenario, args.duration, sampled=args.sampled, **impairments)
+    run = simulate(scenario, args.duration, sampled=args.sampled, at=args.at, **impairments)
     report = judge(run, args.settle, args.window)
     print(table(report), flush=True)
     _tell_rounding(args.delay, scenario)

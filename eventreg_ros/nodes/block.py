@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from ..control.adaptive import paused
 from ..runtime.cdr import packed
 from ..scenario import block_spec
-from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED
+from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
 from .managed import Status
 from .pace import Lines
@@ -49,8 +49,10 @@ class BlockNode(SignalNode):
         topic = signal_topic(self.values['lockstep'])
         for name, _ in self.spec.model.observed:
             if name not in self.observed:
-                self.observed[name] = self.advertise(topic, f'{self.values["output"]}/{name}')
-                if self.stage == ACTIVE:
+                signal = f'{self.values["output"]}/{name}'
+                lockstep = self.values['lockstep']
+                self.observed[name] = self.advertise(topic, signal, always=lockstep)
+                if self.stage == ACTIVE and not lockstep:
                     self.observed[name].on_activate(None)
 
     def begin(self) -> None:
@@ -63,8 +65,8 @@ class BlockNode(SignalNode):
         """Take over what may be set while running, from the next step on."""
         super().changed()
         if self.stage != UNCONFIGURED:
-            self.stack = self._stages[INACTIVE]
-            self._open_observed()
+            with self.until_cleanup():
+                self._open_observed()
         if self.block is not None and self.stage == ACTIVE:
             self.block.retune(self.spec)
             self._tune(self.block)

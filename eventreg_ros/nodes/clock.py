@@ -66,6 +66,8 @@ class ClockNode(ManagedNode):
         self._announce_at = 0.0
         self.paused = False
         self.allowance = 0
+        rate = self.values['rate']
+        self.pauses = sorted({round(t * rate) for t in self.values['pause_at']})
         self._paced_from = max(self.now_at, 0)
         self._begun = time.monotonic()
         paced = self.values['real_time_factor'] or not self.reached
@@ -143,6 +145,8 @@ class ClockNode(ManagedNode):
         if factor:
             elapsed = time.monotonic() - self._begun
             limit = min(limit, self._paced_from + int(elapsed * factor * self.values['rate']))
+        if self.pauses:
+            limit = min(limit, self.pauses[0])
         steps = int(self.values['steps'])
         return min(limit, steps) if steps else limit
 
@@ -176,6 +180,7 @@ class ClockNode(ManagedNode):
 
     def _resume(self) -> None:
         self.paused = False
+        self.pauses = [step for step in self.pauses if step > self.granted]
         self._restart_pace()
 
     def _step(self) -> str | None:

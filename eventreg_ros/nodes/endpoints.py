@@ -34,18 +34,19 @@ class Endpoints(LifecycleNode):
         self.sources: dict[str, Any] = {}
         self.sinks: dict[str, Any] = {}
 
-    def advertise(self, topic: Topic, signal: str) -> Any:
-        """Create the publisher of ``topic`` for ``signal``; parameters can override its QoS."""
+    def advertise(self, topic: Topic, signal: str, *, always: bool = False) -> Any:
+        """Create the publisher of ``topic`` for ``signal``; parameters can override its QoS.
+
+        It is silent while the node is inactive, unless it publishes ``always``.
+        """
         name = topic.of(signal)
-        publisher = self.create_lifecycle_publisher(
-            topic.message,
-            name,
-            topic.qos,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
+        create: Any = self.create_publisher if always else self.create_lifecycle_publisher
+        destroy: Any = self.destroy_publisher if always else self.destroy_lifecycle_publisher
+        options = QoSOverridingOptions.with_default_policies()
+        publisher = create(topic.message, name, topic.qos, qos_overriding_options=options)
         self.sinks[name] = publisher
         self.stack.callback(self.sinks.pop, name)
-        self.stack.callback(self.destroy_lifecycle_publisher, publisher)
+        self.stack.callback(destroy, publisher)
         return publisher
 
     def subscribe(

@@ -17,7 +17,7 @@ from std_msgs.msg import Header, UInt64
 from ..runtime.figures import STEP
 from ..runtime.reached import signature
 from ..runtime.tick_grid import TickGrid
-from ..scenario.parameter import ACTIVE
+from ..scenario.parameter import UNCONFIGURED
 from .managed import OK, FaultError, ManagedNode, Status
 from .pace import Inputs, Tick, Work
 from .topics import GRANT, REACHED
@@ -101,7 +101,7 @@ class Participant:
 
     def _watch(self) -> None:
         """Report slow progress to the clock, and stop where there is none."""
-        if self._node.stage != ACTIVE or self._node.fault is not None:
+        if self._node.stage == UNCONFIGURED or self._node.fault is not None:
             return
         if several := self._node.several_writers():
             self._node.fail(f'lockstep: {several}')

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -103,6 +103,15 @@ class ManagedNode(Endpoints):
         """Return what the diagnostics say of an active node."""
         return Status(OK, 'running', {})
 
+    @contextmanager
+    def until_cleanup(self) -> Iterator[None]:
+        """Put what is created meanwhile on the stack of the configured stage."""
+        before, self.stack = self.stack, self._stages[INACTIVE]
+        try:
+            yield
+        finally:
+            self.stack = before
+
     # Life
 
     def bring_up(self) -> None:
@@ -189,9 +198,11 @@ class ManagedNode(Endpoints):
             f"{reason}; now unconfigured: fix it, then 'ros2 lifecycle set "
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
         )
-        if self.stage == ACTIVE:
-            with self.until_the_end():
+        with self.until_the_end():
+            if self.stage == ACTIVE:
                 self.trigger_deactivate()
+            elif self.stage == INACTIVE:
+                self.trigger_cleanup()
         self.publish_diagnostics()
 
     # Parameters

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from ..runtime.cdr import packed
-from ..scenario.parameter import ACTIVE
+from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.hold import horizon_in_steps
 from .lockstep import Lockstep, Participant
 from .managed import OK, FaultError, ManagedNode, Status
@@ -26,8 +26,10 @@ class SignalNode(ManagedNode):
 
     pace: Pace | None = None
     inputs: Inputs
-    published = False
-    """Whether a sample has gone out since the publisher was created."""
+    off = False
+    """In lockstep: whether the node is switched off, so that it publishes 0."""
+    starting = False
+    """In lockstep: whether it was just switched on again, so that it starts anew."""
 
     def initial(self) -> float:
         """Return sample 0."""
@@ -57,14 +59,15 @@ class SignalNode(ManagedNode):
 
     def open(self) -> None:
         """Create the publisher of the output and the subscriptions of the inputs."""
-        self.published, self.pace = False, None
-        topic = signal_topic(self.values['lockstep'])
-        self.publisher = self.advertise(topic, self.values['output'])
+        self.pace = None
+        lockstep = self.values['lockstep']
+        topic = signal_topic(lockstep)
+        self.publisher = self.advertise(topic, self.values['output'], always=lockstep)
         signals = tuple(signal for signal, _ in self.signs)
         self.inputs = self._make_inputs(signals)
         # Nobody need be woken by a sample: in real time it is used at the next tick. In simulation
         # time it counts from its arrival, and in lockstep a step may wait for it.
-        polled = not (self.values['lockstep'] or self.in_simulation_time)
+        polled = not (lockstep or self.in_simulation_time)
         for i, signal in enumerate(signals):
             self.subscribe(topic, signal, self.inputs.receiver(i, self._go), polled=polled)
 
@@ -85,27 +88,37 @@ class SignalNode(ManagedNode):
             inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
 
     def begin(self) -> None:
-        """Start at sample 0; on leaving, the output goes to 0 (in lockstep it just stops)."""
-        values = self.values
+        """Start at sample 0; on leaving, the output goes to 0.
+
+        In lockstep, where the others wait for every sample, a node that is switched off goes on
+        publishing 0, and its samples go on to be numbered when it is switched on again.
+        """
         self._tune_inputs()
-        if values['lockstep']:
-            if self.published:
-                raise FaultError(
-                    f'in lockstep {self.label} can be started only once, since its samples are '
-                    'numbered; cleanup and configure it first'
-                )
-            self.pace = Lockstep(self, self.inputs, self._join)
-        else:
-            self.stack.callback(self.send, self.publisher, packed(0.0))
-            self.pace = RealTime(self, Timing(*(values[name] for name in Timing._fields)), self)
+        if self.values['lockstep']:
+            self._begin_lockstep()
+            return
+        self.stack.callback(self.send, self.publisher, packed(0.0))
+        timing = Timing(*(self.values[name] for name in Timing._fields))
+        self.pace = RealTime(self, timing, self)
         self.pace.begin()
+
+    def _begin_lockstep(self) -> None:
+        self.off, self.starting = False, self.pace is not None
+        self.stack.callback(self._switch_off)
+        if self.pace is None:
+            with self.until_cleanup():
+                self.pace = Lockstep(self, self.inputs, self._join)
+                self.pace.begin()
+
+    def _switch_off(self) -> None:
+        self.off = True
 
     def _join(self, go: Callable[[], None]) -> Participant:
         assert isinstance(self.pace, Lockstep)
         return Participant(self, go, self.pace.missing)
 
     def _go(self) -> None:
-        if self.stage == ACTIVE and self.pace is not None:
+        if self.stage != UNCONFIGURED and self.pace is not None:
             self.pace.go()
 
     def changed(self) -> None:
@@ -117,11 +130,15 @@ class SignalNode(ManagedNode):
 
     def first(self) -> float:
         """Return sample 0. Raises FaultError when it is not finite."""
-        self.published = True
         return self._sound(self.initial())
 
     def following(self, tick: Tick) -> float:
         """Take one step with the inputs as they are known at its beginning."""
+        if self.off or self.starting:
+            self.inputs.over(tick)  # the samples are used up all the same
+            value = 0.0 if self.off else self._sound(self.initial())
+            self.starting = False
+            return value
         return self._sound(self.step(tick.n, self.inputs.over(tick)))
 
     def put(self, value: float) -> None:

@@ -30,7 +30,7 @@ class StimulusNode(SignalNode):
 
     def begin(self) -> None:
         """Start at model time 0."""
-        self.base = (0, 0.0)
+        self.base = (self.n + 1, 0.0) if self.values['lockstep'] else (0, 0.0)
         self.rate: float = self.values['rate']
         self.time_scale: float = self.values['time_scale']
         self.waveform = Stimulus.from_parameters(self.values)

@@ -265,11 +265,12 @@ class Scenario:
         extra[name] = {'input': link.signal, 'output': output, **link.options}
         return self.with_given(extra)
 
-    def in_lockstep(self, seconds: float) -> Scenario:
+    def in_lockstep(self, seconds: float, pauses: Sequence[float] = ()) -> Scenario:
         """Return the scenario with a clock, all nodes in lockstep, for simulated ``seconds``.
 
-        An input that nobody publishes is left out, since nobody would send the sample to wait for.
-        Raises EventregError when there is not one step in ``seconds``, or a link.
+        The clock waits at each of ``pauses``, simulated seconds. An input that nobody publishes is
+        left out, since nobody would send the sample to wait for. Raises EventregError when there is
+        not one step in ``seconds``, or a link.
         """
         if links := self.of_kind('link'):
             raise EventregError(
@@ -289,6 +290,7 @@ class Scenario:
             'participants': [node for node in others if extra[node].get('signals') != []],
             'steps': steps,
             'rate': self.rate,
+            'pause_at': [at for at in pauses if at < seconds],
             'lockstep_timeout': self.given.get('clock', {}).get('lockstep_timeout', patience),
         }
         return self.with_given(extra)

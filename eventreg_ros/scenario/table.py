@@ -284,6 +284,12 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
         ),
         Parameter('steps', 'int', 0, 'steps after which the clock stops; 0: never', low=0.0),
         Parameter(
+            'pause_at',
+            'double[]',
+            [],
+            'simulated seconds at which the clock waits for the service resume',
+        ),
+        Parameter(
             'window', 'int', 150, 'steps granted at once', low=1.0, high=500.0, settable=ACTIVE
         ),
         LOCKSTEP_TIMEOUT,

@@ -16,6 +16,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
 from std_msgs.msg import Header, UInt64
+from std_srvs.srv import Trigger
 
 from ..errors import EventregError
 from ..nodes import topics
@@ -24,6 +25,7 @@ from ..runtime.figures import STEP
 from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario import Scenario
+from ..scenario.interventions import Intervention
 from ..scenario.scenario import INPUTS
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
@@ -153,6 +155,27 @@ class Client:
         for node, response in self._call(GetState, 'get_state', asked, seconds).items():
             if response.current_state.id != _REACHED[transition]:
                 raise EventregError(f'{node} could not be started; its message stands above')
+
+    def set_parameter(self, node: str, name: str, value: object, seconds: float = 30.0) -> None:
+        """Set one parameter of ``node``. Raises EventregError when it refuses."""
+        message = RosParameter(name, value=value).to_parameter_msg()
+        request = {node: SetParameters.Request(parameters=[message])}
+        result = self._call(SetParameters, 'set_parameters', request, seconds)[node].results[0]
+        if not result.successful:
+            raise EventregError(f'{node}.{name}: {result.reason}')
+
+    def act(self, intervention: Intervention) -> None:
+        """Do what an intervention says, now. Raises EventregError when the node refuses."""
+        if intervention.action == 'set':
+            name, value = intervention.parameter, intervention.value
+            self.set_parameter(intervention.node, name, value)
+        else:
+            wanted = ACTIVATE if intervention.action == 'activate' else DEACTIVATE
+            self.transition([intervention.node], wanted)
+
+    def resume(self, clock: str = 'clock', seconds: float = 30.0) -> None:
+        """Let a clock that waits go on."""
+        self._call(Trigger, 'resume', {clock: Trigger.Request()}, seconds)
 
     def set_start(self, nodes: Sequence[str], start: float, seconds: float = 30.0) -> None:
         """Set ``start_time`` of every node, ROS time in seconds."""

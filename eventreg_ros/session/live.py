@@ -11,6 +11,7 @@ from ..analysis.criteria import SETTLE, WINDOW
 from ..analysis.recorded import Analysis, analyze
 from ..errors import EventregError, ros_is_missing
 from ..scenario import Scenario
+from ..scenario.interventions import read_all
 from .session import Observer, Session
 
 DURATION = 40.0
@@ -43,20 +44,28 @@ def run(
     lockstep: bool = False,
     composed: bool = False,
     observer: Observer | None = None,
+    at: Sequence[str] = (),
     settle: float = SETTLE,
     window: float = WINDOW,
 ) -> LiveRun:
     """Start the nodes of ``scenario``, record for ``duration`` seconds, and judge the bag.
 
     The nodes are processes of their own, or with ``composed`` one; in ``lockstep`` they go as fast
-    as they can and ``duration`` is simulated time. ``settle`` and ``window`` are in model time.
-    Raises EventregError when the run cannot be started, or when its bag cannot be judged though
-    nothing went wrong on the way.
+    as they can and ``duration`` is simulated time. ``at`` holds interventions as texts
+    ``S:NODE.PARAM:=VALUE``, ``S:NODE:activate`` or ``S:NODE:deactivate``, S in seconds.
+    ``settle`` and ``window`` are in model time. Raises EventregError when the run cannot be
+    started, or when its bag cannot be judged though nothing went wrong during the run.
     """
     path = Path(bag) if bag is not None else bag_of(scenario)
     check(scenario, path)
     session = Session(
-        scenario, path, duration, lockstep=lockstep, composed=composed, observer=observer
+        scenario,
+        path,
+        duration,
+        lockstep=lockstep,
+        composed=composed,
+        observer=observer,
+        interventions=read_all(at, scenario),
     )
     session.perform()
     analysis, unjudged = None, None

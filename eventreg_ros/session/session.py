@@ -7,13 +7,14 @@ import shutil
 import signal
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import EventregError
 from ..scenario import Scenario
+from ..scenario.interventions import Intervention
 from ..scenario.names import split
 from .domain import loopback_domain
 from .executables import executable_of
@@ -67,6 +68,7 @@ class Session:
         lockstep: bool = False,
         composed: bool = False,
         observer: Observer | None = None,
+        interventions: Sequence[Intervention] = (),
     ) -> None:
         self.scenario = scenario
         self.bag = bag
@@ -74,6 +76,8 @@ class Session:
         self.lockstep = lockstep
         self.composed = composed
         self.observer = observer or Observer()
+        self.pending = [each for each in interventions if each.at < duration]
+        """The interventions that are still to come, in order; times in seconds."""
         self.processes = Processes()
         self.troubles: list[str] = []
         """What went wrong after the start, each in words."""
@@ -107,7 +111,7 @@ class Session:
         stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
         whole = self.scenario.with_recorder(str(self.bag.absolute()), str(stored))
         if self.lockstep:
-            whole = whole.in_lockstep(self.duration)
+            whole = whole.in_lockstep(self.duration, [each.at for each in self.pending])
             self.duration = whole.nodes['clock']['steps'] / whole.rate
         parameters = scratch / 'parameters.yaml'
         parameters.write_text(whole.to_yaml(), encoding='utf-8')
@@ -174,7 +178,8 @@ class Session:
     def _watch(self, client: Client, elapsed: Callable[[], float]) -> None:
         looked = time.monotonic()
         while (now := elapsed()) < self.duration - 1e-9:
-            client.wait(0.1 if self.lockstep else min(0.1, max(0.001, self.duration - now)))
+            client.wait(0.1 if self.lockstep else self._pause(now))
+            self._intervene(client, now)
             self._tell_deaths(now)
             self._note_faults(client)
             if self.lockstep:
@@ -187,6 +192,26 @@ class Session:
         if not self.lockstep:
             self.timing = {node: client.seen(node) for node in self.scenario.nodes}
             self.warnings = client.warnings
+
+    def _pause(self, now: float) -> float:
+        """Return the seconds until something is to be done or looked at."""
+        ends = [self.duration, *(each.at for each in self.pending[:1])]
+        return min(0.1, max(0.001, min(ends) - now))
+
+    def _intervene(self, client: Client, now: float) -> None:
+        """Do what is due; in lockstep the clock waits at that very step, for us to go on."""
+        due = [each for each in self.pending if each.at <= now + 1e-9]
+        if self.lockstep:
+            due = [each for each in due if each.at == due[0].at]
+        for each in due:
+            self.pending.remove(each)
+            self.observer.warned(f'at {each.at:g} s: {each.text.partition(":")[2]}')
+            try:
+                client.act(each)
+            except EventregError as error:
+                self.troubles.append(f'--at {each.text}: {error}')
+        if due and self.lockstep:
+            client.resume()
 
     def _tell_deaths(self, elapsed: float) -> None:
         for node in self.processes.look():

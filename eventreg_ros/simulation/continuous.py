@@ -6,17 +6,18 @@ scipy's DOP853 (order 8) integrates it, from one jump of the stimulus to the nex
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import islice, pairwise
 
 import numpy as np
 
 from ..errors import EventregError
 from .loop import Loop
 from .model_time import count_steps, model_times
-from .stimulus import Stimulus
 from .system import System
 from .trajectory import Array, Trajectory
+from .turns import Condition, Turn
 
 RTOL, ATOL = 1e-10, 1e-12
 """Tolerances of the integrator: with them the trajectories meet the truth well within 1e-6."""
@@ -26,47 +27,72 @@ FIRST, EACH = 200_000, 20_000
 
 
 def simulate(
-    loop: Loop, duration: float, h: float | None = None, *, rtol: float = RTOL, atol: float = ATOL
+    loop: Loop,
+    duration: float,
+    h: float | None = None,
+    turns: Sequence[Turn] = (),
+    *,
+    rtol: float = RTOL,
+    atol: float = ATOL,
 ) -> Trajectory:
     """Integrate all blocks of ``loop`` together from their x0 over ``duration`` of model time.
 
     Returns every signal of the loop at n * h from 0 to ``duration``; ``h`` is in model time, by
-    default the blocks' time_scale / rate. An input that nobody publishes counts as 0. Raises
-    EventregError when the blocks do not agree on that step, close an algebraic loop, their state
-    stops being finite, or they are too stiff.
+    default the blocks' time_scale / rate. An input that nobody publishes counts as 0. At the time
+    of a turn the signals are those after it. Raises EventregError when the blocks do not agree on
+    that step, close an algebraic loop, their state stops being finite, or they are too stiff.
     """
     scale, rate = (h, 1.0) if h is not None else loop.grid
     t = model_times(count_steps(duration, scale / rate), scale, rate)
-    integration = _Integration(System(loop), tuple(loop.stimuli.values()), rtol, atol)
-    states = integration.run(t, duration)
-    v = [np.array([stimulus(time) for time in t.tolist()]) for stimulus in integration.stimuli]
-    values = integration.system.signals(v, states)
-    slots = integration.system.slots
-    return Trajectory(t, {name: values[i] + np.zeros(len(t)) for name, i in slots.items()})
+    found = {signal: np.zeros(len(t)) for signal in loop.signals}
+    blocks = {name: Condition(spec, spec.x0) for name, spec in loop.blocks.items()}
+    stimuli, budget = dict(loop.stimuli), Budget()
+    times = sorted({0.0, *(turn.at for turn in turns if turn.at < duration)})
+    for start, end in pairwise([*times, duration]):
+        for turn in (turn for turn in turns if turn.at == start):
+            if turn.stimulus is not None:
+                stimuli[turn.name] = turn.stimulus
+            else:
+                blocks[turn.name] = blocks[turn.name].after(turn)
+        running = {n: replace(b.spec, x0=b.x) for n, b in blocks.items() if b.running}
+        integration = _Integration(Loop(running, stimuli), budget, rtol, atol)
+        last = len(t) if end == duration else int(np.searchsorted(t, end))
+        part = slice(int(np.searchsorted(t, start)), last)
+        signals, x = integration.run(t[part], start, end)
+        for name, values in signals.items():
+            found[name][part] = values
+        for each in (b for b in blocks.values() if not b.running):
+            for name, i in each.spec.observed.items():
+                found[name][part] = each.x[i]
+        numbers = iter(x)
+        for name in running:
+            state = tuple(islice(numbers, len(blocks[name].x)))
+            blocks[name] = replace(blocks[name], x=state, starting=False)
+    return Trajectory(t, found)
 
 
 class _Integration:
-    """One integration of a system, restarted wherever a stimulus jumps."""
+    """One integration of a loop, restarted wherever a stimulus jumps."""
 
-    def __init__(
-        self, system: System, stimuli: tuple[Stimulus, ...], rtol: float, atol: float
-    ) -> None:
-        self.system, self.stimuli = system, stimuli
+    def __init__(self, loop: Loop, budget: Budget, rtol: float, atol: float) -> None:
+        self._system, self._stimuli = System(loop), tuple(loop.stimuli.values())
         self._rtol, self._atol = rtol, atol
-        self._budget = Budget()
+        self._budget = budget
 
-    def run(self, t: Array, duration: float) -> Array:
-        """Return the states at ``t``, shape (states, samples)."""
-        x = np.array(self.system.x0)
+    def run(self, t: Array, start: float, end: float) -> tuple[dict[str, Array], list[float]]:
+        """Return the signals at ``t``, from ``start`` to ``end``, and the state at the end."""
+        x = np.array(self._system.x0)
         found = np.empty((len(x), len(t)))
-        jumps = {time for stimulus in self.stimuli for time in stimulus.breaks(duration)}
-        for start, end in pairwise([0.0, *sorted(jumps), duration]):
-            last = len(t) if end == duration else int(np.searchsorted(t, end))
-            first = int(np.searchsorted(t, start)) if start else 0
-            inside = np.clip(t[first:last], start, end)
-            states = self._segment(x, start, end, inside)
+        jumps = {s for each in self._stimuli for s in each.breaks(end) if s > start}
+        for a, b in pairwise([start, *sorted(jumps), end]):
+            last = len(t) if b == end else int(np.searchsorted(t, b))
+            first = int(np.searchsorted(t, a)) if a > start else 0
+            states = self._segment(x, a, b, np.clip(t[first:last], a, b))
             found[:, first:last], x = states[:, : last - first], states[:, -1]
-        return found
+        v = [np.array([each(time) for time in t.tolist()]) for each in self._stimuli]
+        values = self._system.signals(v, found)
+        signals = {n: values[i] + np.zeros(len(t)) for n, i in self._system.slots.items()}
+        return signals, x.tolist()
 
     def _segment(self, x: Array, start: float, end: float, t: Array) -> Array:
         """Integrate from ``x`` over an interval without jumps; the states at ``t`` and ``end``.
@@ -97,8 +123,8 @@ class _Integration:
         def rhs(time: float, state: Array) -> list[float]:
             self._budget.spend(time)
             inside = min(max(time, start + margin), end - margin)
-            v = [stimulus(inside) for stimulus in self.stimuli]
-            return self.system.derivative(v, state.tolist())
+            v = [stimulus(inside) for stimulus in self._stimuli]
+            return self._system.derivative(v, state.tolist())
 
         return rhs
 

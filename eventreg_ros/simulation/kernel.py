@@ -50,7 +50,7 @@ class Tables(NamedTuple):
 
     Sample n of signal s is ``samples[s * (steps + 1) + n]``. At step n link l has, last, sample
     number ``newest[l * steps + n]``, and before it ``previous[l * steps + n]``; -1 means none.
-    ``h`` is in model time.
+    ``h`` is in model time. The kernel takes the steps from sample ``first`` to sample ``last``.
     """
 
     samples: Any
@@ -58,13 +58,15 @@ class Tables(NamedTuple):
     previous: Any
     steps: int
     h: float
+    first: int
+    last: int
 
 
 Kernel = Callable[[Any, Any, Tables], Any]
 
 
 def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
-    """Return ``run(states, tunings, tables) -> states``: fills ``tables.samples`` from sample 1 on.
+    """Return ``run(states, tunings, tables) -> states``: fills ``tables.samples`` step by step.
 
     ``states`` and ``tunings`` have one entry per part, nested as :func:`nest` does it. ``compile``
     is applied to every function that ``run`` calls (numba's njit, say), not to ``run`` itself.
@@ -80,7 +82,7 @@ def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
     advance = _make_chain(advances, compile)
 
     def run(states: Any, tunings: Any, tables: Tables) -> Any:
-        for n in range(tables.steps):
+        for n in range(tables.first, tables.last):
             states = advance(n, states, tunings, tables)
         return states
 

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice, pairwise
+
 import numpy as np
 
 from ..errors import EventregError
+from ..models import State
 from .block import Block, BlockSpec
-from .impairment import PERFECT, Impairment, received
+from .impairment import PERFECT, Impairment, Received, received
 from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
 from .model_time import count_steps, model_times
 from .stimulus import Stimulus
 from .trajectory import Array, Trajectory
+from .turns import Condition, Turn
 
 
 def simulate_sampled(
     loop: Loop,
     duration: float,
     impairment: Impairment = PERFECT,
+    turns: Sequence[Turn] = (),
     *,
     compiled: bool | None = None,
 ) -> Trajectory:
     """Step all blocks of ``loop`` together over ``duration``; see :meth:`SampledLoop.run`."""
-    return SampledLoop(loop).run(duration, impairment, compiled=compiled)
+    return SampledLoop(loop).run(duration, impairment, turns, compiled=compiled)
 
 
 class SampledLoop:
@@ -36,61 +43,123 @@ class SampledLoop:
 
     def __init__(self, loop: Loop) -> None:
         self._time_scale, self._rate = loop.grid
-        specs = list(loop.blocks.values())
-        self._blocks = [Block(spec) for spec in specs]
-        self._stimuli = [_Waveform(stimulus) for stimulus in loop.stimuli.values()]
+        self._start = [Condition(spec, _floats(spec.x0)) for spec in loop.blocks.values()]
+        self._names = list(loop.blocks)
+        self._stimuli = {name: _Waveform(each) for name, each in loop.stimuli.items()}
         self.signals, self.links = loop.signals, loop.links
-        row = {signal: i for i, signal in enumerate(self.signals)}
-        self._parts = tuple(
-            Part(
-                spec.model,
-                row[spec.output],
-                tuple(row.get(signal, NOBODY) for signal, _ in spec.inputs),
-                tuple((row[signal], i) for signal, i in spec.observed.items()),
-            )
-            for spec in specs
-        )
-        self._states = nest([tuple(map(float, spec.x0)) for spec in specs])
-        self._tunings = nest([_tuning(spec) for spec in specs])
+        self._row = {signal: i for i, signal in enumerate(self.signals)}
 
     @property
     def h(self) -> float:
         """The length of a step in model time."""
         return self._time_scale / self._rate
 
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """What the kernel of this loop is built for."""
+        return self._parts(self._start)
+
+    def _parts(self, blocks: Sequence[Condition]) -> tuple[Part, ...]:
+        row = self._row
+        return tuple(
+            Part(
+                each.model,
+                row[each.spec.output],
+                tuple(row.get(signal, NOBODY) for signal, _ in each.spec.inputs),
+                tuple((row[signal], i) for signal, i in each.spec.observed.items()),
+            )
+            for each in blocks
+        )
+
     def run(
-        self, duration: float, impairment: Impairment = PERFECT, *, compiled: bool | None = None
+        self,
+        duration: float,
+        impairment: Impairment = PERFECT,
+        turns: Sequence[Turn] = (),
+        *,
+        compiled: bool | None = None,
     ) -> Trajectory:
         """Return all signals at n * h from 0 to ``duration`` (model time).
 
         Over step n every block uses the samples up to n that its links have received under
-        ``impairment``; before the first, an input is 0. ``compiled`` says whether numba compiles
-        the loop (None: where that pays); same bits. Raises EventregError for a bad duration, or
-        when a state stops being finite.
+        ``impairment``; before the first, an input is 0. A turn at model time T is taken at the
+        sample nearest to it and acts from the step that begins there. ``compiled`` says whether
+        numba compiles the loop (None: where that pays); same bits. Raises EventregError for a bad
+        duration, or when a state stops being finite.
         """
         steps = count_steps(duration, self.h)
         have = received([signal for _, signal in self.links], steps, self.h, impairment)
         t = model_times(steps, self._time_scale, self._rate)
-        samples = self._samples(t)
-        kernel, arrays = choose(self._parts, steps, compiled)
-        flat = [table.ravel() for table in (samples, have.newest, have.previous)]
-        first, newest, previous = flat if arrays else (table.tolist() for table in flat)
-        tables = Tables(first, newest, previous, steps, self.h)
-        states = kernel(self._states, self._tunings, tables)
-        samples = np.asarray(tables.samples).reshape(samples.shape)
-        _check(t, samples, flatten(states))
-        return Trajectory(t, dict(zip(self.signals, samples, strict=True)))
+        table, blocks = self._samples(t), list(self._start)
+        for first, last, due in _stretches(turns, steps, self.h):
+            for turn in due:
+                self._take(turn, blocks, table, t, first)
+            table = self._advance(blocks, table, have, (first, last), compiled)
+        states = [number for each in blocks for number in each.x]
+        _check(t, table, states)
+        return Trajectory(t, dict(zip(self.signals, table, strict=True)))
+
+    def _advance(
+        self,
+        blocks: list[Condition],
+        table: Array,
+        have: Received,
+        stretch: tuple[int, int],
+        compiled: bool | None,
+    ) -> Array:
+        """Move ``blocks`` on over a stretch of steps; return the table of samples, filled there."""
+        first, last = stretch
+        kernel, arrays = choose(self._parts(blocks), last - first, compiled)
+        flat = [each.ravel() for each in (table, have.newest, have.previous)]
+        samples, newest, previous = flat if arrays else (each.tolist() for each in flat)
+        tables = Tables(samples, newest, previous, table.shape[1] - 1, self.h, first, last)
+        states = nest([each.x for each in blocks])
+        numbers = iter(flatten(kernel(states, nest([_tuning(e.spec) for e in blocks]), tables)))
+        blocks[:] = [
+            replace(each, x=tuple(islice(numbers, len(each.x))), starting=False) for each in blocks
+        ]
+        return np.asarray(tables.samples).reshape(table.shape)
+
+    def _take(
+        self, turn: Turn, blocks: list[Condition], table: Array, t: Array, first: int
+    ) -> None:
+        """Let a turn act from sample ``first`` on."""
+        if turn.stimulus is not None:
+            after = t[first + 1 :].tolist()
+            table[self._row[turn.name], first + 1 :] = [turn.stimulus(time) for time in after]
+        else:
+            i = self._names.index(turn.name)
+            blocks[i] = blocks[i].after(turn)
 
     def _samples(self, t: Array) -> Array:
         """Return the table of samples, shape (signals, samples), as far as it is known."""
-        samples = np.zeros((len(self.signals), len(t)))
-        for i, waveform in enumerate(self._stimuli):
-            samples[i] = waveform.at(t)
-        for part, block in zip(self._parts, self._blocks, strict=True):
-            samples[part.row, 0] = block.y
+        table = np.zeros((len(self.signals), len(t)))
+        for name, waveform in self._stimuli.items():
+            table[self._row[name]] = waveform.at(t)
+        for part, each in zip(self.parts, self._start, strict=True):
+            block = Block(each.spec)
+            table[part.row, 0] = block.y
             for signal, i in part.observed:
-                samples[signal, 0] = block.x[i]
-        return samples
+                table[signal, 0] = block.x[i]
+        return table
+
+
+def _stretches(
+    turns: Sequence[Turn], steps: int, h: float
+) -> Iterator[tuple[int, int, list[Turn]]]:
+    """Yield (first, last, turns at first): the stretches of steps between turns, in order.
+
+    A block that was switched on has a step of its own.
+    """
+    at: dict[int, list[Turn]] = {0: []}
+    for turn in turns:
+        step = round(min(turn.at / h, float(steps)))
+        if step < steps:
+            at.setdefault(step, []).append(turn)
+            if turn.action == 'activate' and step + 1 < steps:
+                at.setdefault(step + 1, [])
+    for first, last in pairwise([*sorted(at), steps]):
+        yield first, last, at[first]
 
 
 class _Waveform:
@@ -105,6 +174,10 @@ class _Waveform:
         if len(self._known) < len(t):
             self._known = np.array([self._stimulus(time) for time in t.tolist()])
         return self._known[: len(t)]
+
+
+def _floats(x: State) -> State:
+    return tuple(map(float, x))
 
 
 def _tuning(spec: BlockSpec) -> Tuning:

@@ -112,3 +112,18 @@ def test_busy_cores_a_random_order_and_a_late_node_change_no_bit(
             name, 5.0, tmp_path / 'bag', composed=composed, seed=seed, late=2.0
         )
     assert found == determinism.simulated(name, 5.0), f'seed {seed}'
+
+
+@pytest.mark.parametrize('composed', [False, True])
+def test_interventions_have_the_bits_of_the_simulation(eventreg, tmp_path, composed):
+    def at(a, b, c):
+        actions = (f'{a}:controller:deactivate', f'{b}:controller:activate', f'{c}:plant.k:=1.5')
+        return [word for action in actions for word in ('--at', action)]
+
+    bags = [tmp_path / 'run', tmp_path / 'simulate']
+    how = ['--composed'] if composed else []
+    seconds, model = ('--duration', '6'), ('--duration', '60')
+    settle = ('--settle', '20', '--bag')
+    eventreg('run', 'exact', '--lockstep', *how, *seconds, *at(2, 3.5, 5), *settle, bags[0])
+    eventreg('simulate', 'exact', '--sampled', *model, *at(20, 35, 50), *settle, bags[1])
+    assert data(bags[0]) == data(bags[1])

@@ -242,13 +242,20 @@ def test_the_clock_keeps_a_real_time_factor(bench, lockstep):
     assert seconds >= 100 / (0.5 * 200.0), 'never faster than asked for'
 
 
-def test_activated_again_it_asks_to_be_configured_anew(bench, lockstep):
-    nodes = lockstep('exact', start=False)
-    plant = nodes['plant']
-    plant.bring_up()
-    plant.trigger_deactivate()
-    plant.trigger_activate()
-    assert 'cleanup' in plant.fault
+def test_switched_off_it_publishes_0_and_the_others_go_on(bench, lockstep):
+    nodes = lockstep('exact', seconds=1000.0)
+    heard = bench.heard(Float64, 'u', LOCKSTEP_SIGNAL.qos)
+    controller = nodes['controller']
+    bench.until(lambda: controller.n > 50 and heard)
+    controller.trigger_deactivate()
+    at = controller.n
+    bench.until(lambda: nodes['plant'].n > at + 300)
+    assert heard[-1].data == 0.0
+    controller.trigger_activate()
+    bench.until(lambda: heard[-1].data not in (0.0, 0.5))
+    values = [message.data for message in heard]
+    assert values[len(values) - 1 - values[::-1].index(0.0) + 1] == 0.5, 'it starts from x0'
+    assert nodes['clock'].fault is None
 
 
 @pytest.mark.parametrize(('seconds', 'steps'), [(10.002, 2000), (0.005, 1), (0.3, 60)])

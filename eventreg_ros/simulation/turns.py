@@ -1,0 +1,100 @@
+"""What is done to a running loop: parameters set, blocks switched off and on again.
+
+A block that is off keeps its state and publishes 0. Switched on again it starts from x0: the next
+sample is the output there. What it has learned outlasts both. The nodes do the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+from ..models import Model, Params, State
+from .block import Block, BlockSpec
+from .stimulus import Stimulus
+
+Action = Literal['set', 'activate', 'deactivate']
+
+
+class Turn(NamedTuple):
+    """One thing done at model time ``at``, to the block of that name or to a stimulus.
+
+    ``spec`` gives the block as it is from then on, from what it has learned so far (by parameter);
+    ``stimulus`` the open input, by the signal ``name``.
+    """
+
+    at: float
+    name: str
+    action: Action
+    spec: Callable[[Mapping[str, float]], BlockSpec] | None = None
+    stimulus: Stimulus | None = None
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A block in the course of a run: what it is, its state, and whether it runs."""
+
+    spec: BlockSpec
+    x: State
+    running: bool = True
+    starting: bool = False
+    """Whether it was switched on just now: its next sample is the output at x0."""
+
+    @property
+    def learned(self) -> dict[str, float]:
+        """What it has learned, by parameter."""
+        model = self.spec.model
+        return dict(zip(model.learned, self.x[model.own :], strict=True))
+
+    def after(self, turn: Turn) -> Condition:
+        """Return the condition after a turn."""
+        assert turn.spec is not None
+        spec = turn.spec(self.learned)
+        if turn.action == 'deactivate':
+            return replace(self, running=False, starting=False)
+        if turn.action == 'activate':
+            return self if self.running else Condition(spec, spec.x0, True, True)
+        block = Block(self.spec)
+        block.x = self.x
+        block.retune(spec)
+        return replace(self, spec=spec, x=block.x)
+
+    @property
+    def model(self) -> Model:
+        """The model that moves it over the coming step."""
+        if not self.running:
+            return at_rest(self.spec.model)
+        return at_start(self.spec.model) if self.starting else self.spec.model
+
+
+@lru_cache(maxsize=64)
+def at_rest(model: Model) -> Model:
+    """Return the model of a block that is off: its state stays, its output is 0."""
+
+    def nothing(x: State, drive: float, p: Params) -> float:
+        return 0.0
+
+    return replace(model, rhs=_zeros(model.dimension), output=nothing, feedthrough=False)
+
+
+@lru_cache(maxsize=64)
+def at_start(model: Model) -> Model:
+    """Return the model of a block that was just switched on: it stays at x0 for a step."""
+    output = model.output
+
+    def first(x: State, drive: float, p: Params) -> float:
+        return output(x, 0.0, p)
+
+    return replace(model, rhs=_zeros(model.dimension), output=first, feedthrough=False)
+
+
+@lru_cache
+def _zeros(dimension: int) -> Callable[[State, float, Params], State]:
+    still = (0.0,) * dimension
+
+    def rhs(x: State, drive: float, p: Params) -> State:
+        return still
+
+    return rhs
