@@ -3,6 +3,7 @@
 from .catalogue import default_x0, model_names, model_of
 from .linear import HARMONIC, INTERNAL_MODEL, LAG
 from .model import Learner, Model, ModelParameter, Observed, Params, State, first_state
+from .morris_lecar import MORRIS_LECAR, MORRIS_LECAR_OSCILLATOR
 from .neuron import FOLD, NEURON, OSCILLATOR
 from .roles import ROLES, SIGNALS, Role
 
@@ -11,6 +12,8 @@ __all__ = [
     'HARMONIC',
     'INTERNAL_MODEL',
     'LAG',
+    'MORRIS_LECAR',
+    'MORRIS_LECAR_OSCILLATOR',
     'NEURON',
     'OSCILLATOR',
     'ROLES',

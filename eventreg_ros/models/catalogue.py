@@ -12,6 +12,7 @@ from importlib.metadata import EntryPoint, entry_points
 from ..errors import ModelError
 from .linear import HARMONIC, INTERNAL_MODEL, LAG
 from .model import Model
+from .morris_lecar import MORRIS_LECAR, MORRIS_LECAR_OSCILLATOR
 from .neuron import NEURON, OSCILLATOR
 from .roles import ROLES
 
@@ -25,7 +26,10 @@ LINEAR = {
 }
 """What ``model: linear`` means in each role (the paper's linear motif)."""
 
-BUILT_IN = ('neuron', 'oscillator', 'linear')
+ALIKE = {model.name: model for model in (NEURON, OSCILLATOR, MORRIS_LECAR, MORRIS_LECAR_OSCILLATOR)}
+"""Our models that are the same in every role."""
+
+BUILT_IN = ('neuron', 'oscillator', 'linear', 'morris_lecar', 'morris_lecar_oscillator')
 
 
 def model_names() -> tuple[str, ...]:
@@ -40,9 +44,7 @@ def model_of(role: str, name: str) -> Model:
     """
     if name == 'linear':
         return LINEAR[role]
-    if name in ('neuron', 'oscillator'):
-        return NEURON if name == 'neuron' else OSCILLATOR
-    return _plugged_in(name)
+    return ALIKE[name] if name in ALIKE else _plugged_in(name)
 
 
 @lru_cache(maxsize=1)

@@ -16,7 +16,10 @@ from eventreg_ros.nodes.topics import GRANT, LOCKSTEP_SIGNAL
 from eventreg_ros.runtime.cdr import packed
 from eventreg_ros.simulation.sampled import simulate_sampled
 
-WHOLE = ('exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear')
+WHOLE = (
+    'exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear',
+    'morris_lecar',
+)  # fmt: skip
 SECONDS = 3.0
 
 
