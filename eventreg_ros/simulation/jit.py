@@ -8,6 +8,7 @@ from types import CellType, FunctionType
 from typing import Any
 
 from ..errors import EventregError
+from .code_cache import compile_kept
 from .kernel import Kernel, Part, make_kernel
 from .step import Compile
 
@@ -44,10 +45,12 @@ class Whole:
             return function
         if function not in self._known:
             self._known[function] = function  # while it is on its way: it may call itself
-            self._known[function] = self._compile(self._with_callees(function))
+            whole = self.with_callees(function)
+            whole.__module__ = whole.__module__ or __name__  # numba's cache asks for one
+            self._known[function] = self._compile(whole)
         return self._known[function]
 
-    def _with_callees(self, function: FunctionType) -> FunctionType:
+    def with_callees(self, function: FunctionType) -> FunctionType:
         """Return ``function`` with the plain functions that it calls replaced by compiled ones."""
         held = [cell.cell_contents for cell in function.__closure__ or ()]
         named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
@@ -83,6 +86,28 @@ def compiles() -> bool:
     return _njit() is not None
 
 
+def inliner() -> Whole:
+    """Return what compiles functions that other compiled ones call. Raises EventregError."""
+    return Whole(_need_njit()(**_INNER))
+
+
+def compile_entry(function: FunctionType) -> Any:
+    """Return a function that Python calls, compiled; it lets other threads run meanwhile.
+
+    What it calls must be compiled already, but for its own plain helpers. It may have no closure;
+    its machine code is kept for the next process. Raises EventregError when there is no numba.
+    """
+    njit = _need_njit()
+    return compile_kept(njit, inliner().with_callees(function), error_model='numpy', nogil=True)
+
+
+def _need_njit() -> Any:
+    njit = _njit()
+    if njit is None:
+        raise EventregError('compiled needs numba; pip install numba, or leave compiled out')
+    return njit
+
+
 def _njit() -> Any:
     """Return numba's njit, or None where numba is missing or does not fit the other packages."""
     try:
@@ -105,9 +130,5 @@ def _compile(parts: Parts) -> Kernel:
     call halves the time of compiling.
     """
     if parts not in _compiled:
-        njit = _njit()
-        if njit is None:
-            raise EventregError('compiled needs numba; pip install numba, or leave compiled out')
-        whole = Whole(njit(**_INNER))
-        _compiled[parts] = njit(make_kernel(parts, whole), error_model='numpy')
+        _compiled[parts] = _need_njit()(make_kernel(parts, inliner()), error_model='numpy')
     return _compiled[parts]

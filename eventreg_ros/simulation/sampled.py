@@ -45,7 +45,7 @@ class SampledLoop:
         self._time_scale, self._rate = loop.grid
         self._start = [Condition(spec, _floats(spec.x0)) for spec in loop.blocks.values()]
         self._names = list(loop.blocks)
-        self._stimuli = {name: _Waveform(each) for name, each in loop.stimuli.items()}
+        self._stimuli = {name: Waveform(each) for name, each in loop.stimuli.items()}
         self.signals, self.links = loop.signals, loop.links
         self._row = {signal: i for i, signal in enumerate(self.signals)}
 
@@ -162,7 +162,7 @@ def _stretches(
         yield first, last, at[first]
 
 
-class _Waveform:
+class Waveform:
     """A stimulus at the samples of a grid, kept for the next run."""
 
     def __init__(self, stimulus: Stimulus) -> None:

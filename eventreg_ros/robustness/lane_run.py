@@ -1,0 +1,185 @@
+"""Many runs at once: cases sorted into lanes, run, and judged; or one by one where that must be."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis.criteria import Criteria
+from ..errors import EventregError
+from ..simulation.block import BlockSpec
+from ..simulation.impairment import Impairment, Received, received
+from ..simulation.jit import compiles
+from ..simulation.lanes import Course, Lanes, Links, Start, structure_of
+from ..simulation.lanes_source import LANES
+from ..simulation.loop import Loop
+from ..simulation.model_time import count_steps, model_times
+from ..simulation.sampled import Waveform
+from ..simulation.trajectory import Array
+from .lane_judge import judge_lanes
+from .outcome import JUDGED, Case, Outcome, Rows, nothing, one_by_one
+
+MOST = 1 << 30
+"""Bytes that one block of lanes may take; longer runs go one by one."""
+
+ENOUGH = LANES // 2
+"""Cases with the same links that are worth lanes of their own."""
+
+
+class Template(NamedTuple):
+    """What the cases of a group have in common: all but parameters, states and links.
+
+    ``loop`` is that of any of them.
+    """
+
+    loop: Loop
+    criteria: Criteria
+    duration: float
+
+
+def run(cases: Sequence[Case], pool: ThreadPoolExecutor | None = None) -> list[Outcome]:
+    """Run cases of any kind and judge them, in lanes where they can be."""
+    found: list[Outcome | None] = [None] * len(cases)
+    groups: dict[Any, list[int]] = defaultdict(list)
+    for i, case in enumerate(cases):
+        groups[_kind(case)].append(i)
+    for key, places in groups.items():
+        members = [cases[i] for i in places]
+        if key is None:
+            outcomes: Iterable[Outcome] = map(one_by_one, members)
+        else:
+            first = members[0]
+            specs = [list(case.loop.blocks.values()) for case in members]
+            outcomes = run_alike(
+                Template(first.loop, first.criteria, first.duration),
+                Start.of(specs),
+                [case.impairment for case in members],
+                pool,
+            )
+        for i, outcome in zip(places, outcomes, strict=True):
+            found[i] = outcome
+    return [outcome for outcome in found if outcome is not None]
+
+
+def _kind(case: Case) -> Any:
+    """Return what the cases of one group share, None for a case that must be run alone."""
+    try:
+        grid = case.loop.grid
+        steps = count_steps(case.duration, grid[0] / grid[1])
+    except EventregError:
+        return None
+    if not lanes_can(case.loop, steps, case.criteria):
+        return None
+    structure = structure_of(case.loop, _judged(case.loop), False)
+    holds = tuple(spec.hold for spec in case.loop.blocks.values())
+    return structure, grid, holds, case.criteria, case.duration, tuple(case.loop.stimuli.values())
+
+
+def lanes_can(loop: Loop, steps: int, criteria: Criteria) -> bool:
+    """Say whether such runs can go in lanes; else they go one by one, to the same end."""
+    size = 8 * LANES * steps * (1 + len(loop.links) + len(loop.signals))
+    plain = criteria.refractory == 0.0 and criteria.min_width == 0.0
+    return compiles() and plain and steps > 0 and size <= MOST and 'y' in loop.signals
+
+
+def run_alike(
+    template: Template,
+    start: Start,
+    impairments: Sequence[Impairment],
+    pool: ThreadPoolExecutor | None = None,
+) -> list[Outcome]:
+    """Run cases that differ in parameters, initial states and links only, in lanes.
+
+    ``start`` has one row per case; ``impairments`` one entry per case, or one for all.
+    """
+    group = _Group(template, start, impairments)
+    rows, reasons = nothing(len(start.outputs[0])), {}
+    blocks = list(group.blocks())
+    mapped = pool.map(group.run, blocks) if pool else map(group.run, blocks)
+    for places, (found, holds) in zip(blocks, mapped, strict=True):
+        rows[places] = found[: len(places)]
+        for i in places[~holds[: len(places)]].tolist():
+            outcome = one_by_one(group.case(i))
+            rows[i], reasons[i] = outcome.row, outcome.reason
+    return [Outcome(row, reasons.get(i, '')) for i, row in enumerate(rows)]
+
+
+class _Group:
+    """Cases of one template, ready to be run a block of lanes at a time."""
+
+    def __init__(self, template: Template, start: Start, impairments: Sequence[Impairment]) -> None:
+        loop = template.loop
+        self._template, self._start = template, start
+        count = len(start.outputs[0])
+        self._impairments = list(impairments) * (count if len(impairments) == 1 else 1)
+        time_scale, rate = loop.grid
+        self._h = time_scale / rate
+        self._steps = count_steps(template.duration, self._h)
+        self._t = model_times(self._steps, time_scale, rate)
+        self._signals = tuple(signal for _, signal in loop.links)
+        self._judged = _judged(loop)
+        waves = [Waveform(stimulus).at(self._t) for stimulus in loop.stimuli.values()]
+        self._open = np.array(waves).reshape(len(waves), len(self._t), 1)
+        self._horizons = np.array([spec.horizon for spec in loop.blocks.values()])
+
+    def blocks(self) -> Iterator[Any]:
+        """Yield the places of the cases of each block: those with the same links together."""
+        alike: dict[Impairment, list[int]] = defaultdict(list)
+        for i, impairment in enumerate(self._impairments):
+            alike[impairment].append(i)
+        several = len(alike) > 1
+        rest = [i for group in alike.values() if several and len(group) < ENOUGH for i in group]
+        groups = [group for group in alike.values() if not several or len(group) >= ENOUGH]
+        for places in [*groups, rest]:
+            for first in range(0, len(places), LANES):
+                yield np.array(places[first : first + LANES])
+
+    def case(self, i: int) -> Case:
+        """Return the case at place ``i`` by itself."""
+        specs = list(self._template.loop.blocks.items())
+        blocks = {
+            name: _with(spec, self._start.x[b][i], self._start.params[b][i])
+            for b, (name, spec) in enumerate(specs)
+        }
+        loop = Loop(blocks, self._template.loop.stimuli)
+        return Case(loop, self._impairments[i], self._template.criteria, self._template.duration)
+
+    def run(self, places: Any) -> tuple[Rows, Any]:
+        """Return the rows of one block of lanes, and which of them hold."""
+        start = Start(*([array[places] for array in part] for part in self._parts))
+        impairments = [self._impairments[i] for i in places]
+        common = len(set(impairments)) == 1
+        have = [
+            _received(self._signals, self._steps, self._h, each)
+            for each in (impairments[:1] if common else impairments)
+        ]
+        links = Links.common(have[0]) if common else Links.scattered(have)
+        structure = structure_of(self._template.loop, self._judged, not common)
+        course = Course(structure, self._steps, self._h, self._horizons, self._open, links)
+        return judge_lanes(Lanes(course, start), self._judged, self._t, self._template.criteria)
+
+    @property
+    def _parts(self) -> tuple[Sequence[Array], Sequence[Array], Sequence[Array]]:
+        return self._start.x, self._start.params, self._start.outputs
+
+
+def _with(spec: BlockSpec, x: Array, params: Array) -> BlockSpec:
+    pack = type(spec.params)
+    made = pack(*params.tolist()) if hasattr(pack, '_fields') else tuple(params.tolist())
+    return replace(spec, x0=tuple(x.tolist()), params=made)
+
+
+def _judged(loop: Loop) -> tuple[str, ...]:
+    signals = set(loop.signals)
+    return tuple(signal for signal in JUDGED if signal in signals)
+
+
+@lru_cache(maxsize=64)
+def _received(signals: tuple[str, ...], steps: int, h: float, impairment: Impairment) -> Received:
+    return received(signals, steps, h, impairment)

@@ -1,0 +1,113 @@
+"""Runs in lanes against runs one by one: the same rows, to the last bit."""
+
+import numpy as np
+import pytest
+
+from eventreg_ros import load
+from eventreg_ros.analysis.criteria import Criteria
+from eventreg_ros.robustness import lane_counts, lane_judge, lane_run
+from eventreg_ros.robustness.outcome import Case, one_by_one
+from eventreg_ros.simulation.impairment import Impairment
+
+CRITERIA = Criteria(settle=60.0)
+
+
+def scenario(name, rng):
+    """The scenario of that name with random parameters and initial states, 50 steps a second."""
+    numbers = {
+        'exosystem.tau': 1.0 / rng.uniform(5.0, 30.0),
+        'plant.x0': rng.normal(size=1 if name == 'linear' else 2).tolist(),
+    }
+    if name != 'uncontrolled':
+        numbers['controller.tau'] = 1.0 / rng.uniform(5.0, 30.0)
+        numbers['controller.k'] = rng.uniform(0.2, 4.0)
+    if name == 'linear':
+        numbers['controller.gain'] = rng.uniform(-1.0, 3.0, 2).tolist()
+        numbers['controller.k_y'] = rng.uniform(-1.0, 3.0)
+    if name == 'mismatch':
+        numbers['controller.adapt'] = rng.uniform(0.01, 0.1)
+    overrides = [f'{key}:={value}' for key, value in numbers.items()]
+    return load(name, *overrides, '/**.rate:=50')
+
+
+def cases(name, count, impaired, seed):
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        links = Impairment()
+        if impaired:
+            links = Impairment(
+                0.2 * int(rng.integers(0, 4)), rng.uniform(0.0, 0.4), rng.uniform(0.0, 0.5),
+                int(rng.integers(0, 3)),
+            )  # fmt: skip
+        made = scenario(name, rng)
+        criteria = Criteria(*made.monitor, settle=60.0)
+        found.append(Case(made.loop, links, criteria, 250.0))
+    return found
+
+
+def assert_same(lanes, alone):
+    assert [each.reason for each in lanes] == [each.reason for each in alone]
+    for a, b in zip(lanes, alone, strict=True):
+        assert a.row.tobytes() == b.row.tobytes(), f'{a.row} in lanes, {b.row} alone'
+
+
+@pytest.mark.parametrize(
+    ('name', 'impaired'),
+    [('exact', False), ('mismatch', True), ('open', True), ('uncontrolled', False), ('linear', 0)],
+)
+def test_random_sets_give_the_same_bits_in_lanes(name, impaired):
+    pytest.importorskip('numba')
+    tried = cases(name, 40, impaired, seed=len(name))
+    found = lane_run.run(tried)
+    assert_same(found, [one_by_one(case) for case in tried])
+    verdicts = [int(each.row['verdict']) for each in found]
+    assert len(set(verdicts)) > 1 or name == 'uncontrolled'
+
+
+def test_cases_of_several_kinds_come_back_in_their_order():
+    pytest.importorskip('numba')
+    tried = cases('exact', 3, False, 1) + cases('uncontrolled', 2, False, 2)
+    tried.insert(1, cases('exact', 1, False, 3)[0]._replace(duration=120.0))
+    tried.insert(3, tried[0]._replace(criteria=Criteria(refractory=3.0)))
+    assert_same(lane_run.run(tried), [one_by_one(case) for case in tried])
+
+
+def test_a_run_that_diverges_has_the_reason_of_simulate():
+    pytest.importorskip('numba')
+    wild = load('exact', '/**.rate:=50', 'controller.k:=40').loop
+    tried = [*cases('exact', 2, False, 1), Case(wild, Impairment(), CRITERIA, 250.0)]
+    found = lane_run.run(tried)
+    assert_same(found, [one_by_one(case) for case in tried])
+    assert 'stops being finite at t = ' in found[2].reason
+    assert found[2].row['verdict'] == 0
+
+
+def test_more_events_than_there_is_room_for_are_counted_alone(monkeypatch):
+    pytest.importorskip('numba')
+    tried = cases('exact', 2, False, 1)
+    monkeypatch.setattr(lane_judge, 'ROOM', 1)
+    assert_same(lane_run.run(tried), [one_by_one(case) for case in tried])
+
+
+def test_without_numba_the_rows_are_the_same(monkeypatch):
+    pytest.importorskip('numba')
+    tried = cases('exact', 3, False, 4)
+    quick = lane_run.run(tried)
+    monkeypatch.setattr(lane_run, 'compiles', lambda: False)
+    assert_same(quick, lane_run.run(tried))
+
+
+@pytest.mark.parametrize('count', [1, 7, 8, 100, 128, 129, 1000, 5678])
+def test_the_sum_in_lanes_is_numpys(count):
+    def total(numbers):
+        parts = []
+        for start, size, joins in lane_counts.halves(0, len(numbers)):
+            parts.append(numbers[start : start + size].sum())
+            for _ in range(joins):
+                last = parts.pop()
+                parts[-1] += last
+        return parts.pop()
+
+    numbers = np.random.default_rng(count).random(count)
+    assert total(numbers) == numbers.sum()
