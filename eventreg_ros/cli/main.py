@@ -9,17 +9,25 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from .. import __version__
 from ..errors import EventregError
+from ..scenario.hint import hint
+from .epilogs import EPILOGS
 
 VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
+    'simulate': 'simulate the scenario offline, as one continuous system or sample by sample',
+    'analyze': 'judge a recorded bag: events, rejection, residual, timing, evidence',
+    'compare': 'set several bags or scenarios side by side: events that differ, distances',
+    'certify': 'say what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
+    'margin': 'find the largest delay, loss and jitter that the loop tolerates',
+    'figures': "draw the paper's figures, and those that it argues in words",
+    'list': 'list the shipped scenarios, a line each',
+    'new': 'write a commented scenario file to begin with',
+    'set': 'set a parameter of the loop that runs',
+    'activate': 'switch a node of the loop that runs on',
+    'deactivate': 'switch a node of the loop that runs off',
     'node': 'run one node, as ros2 run eventreg_ros NODE does',
-    'simulate': 'the scenario offline, as one continuous system or sample by sample',
-    'analyze': 'events, rejection, residual and timing of a recorded bag',
-    'compare': 'several bags or scenarios side by side: events that differ, distances',
-    'certify': 'what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
-    'margin': 'the largest delay, loss and jitter that the loop bears',
-    'figures': "the paper's figures, and those that it argues in words",
 }
 """Each verb is a module beside this one; it has ``add_arguments(parser)`` and ``main(args)``."""
 
@@ -40,10 +48,22 @@ def fail(message: object) -> int:
 
 def build_parser(verb: str | None) -> Parser:
     """Return the parser with the arguments of ``verb``; the other verbs are only named."""
-    parser = Parser(prog='eventreg', description='Event disturbance rejection, run and judged.')
+    parser = Parser(
+        prog='eventreg',
+        description='Event disturbance rejection, run and judged.',
+        epilog='eventreg COMMAND --help says more, with examples; eventreg list names scenarios.',
+    )
+    parser.add_argument('--version', action='version', version=f'eventreg_ros {__version__}')
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)
     for name, summary in VERBS.items():
-        sub = verbs.add_parser(name, help=summary, description=summary, allow_abbrev=False)
+        sub = verbs.add_parser(
+            name,
+            help=summary,
+            description=f'{summary[0].upper()}{summary[1:]}.',
+            epilog=EPILOGS.get(name),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
         if name == verb:
             module(name).add_arguments(sub)
     return parser
@@ -58,6 +78,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run ``eventreg`` with ``argv`` (default: the process's) and return the exit code."""
     argv = list(sys.argv[1:] if argv is None else argv)
     verb = next((word for word in argv if not word.startswith('-')), None)
+    if not argv:
+        build_parser(None).print_help()
+        return 2
+    if verb is not None and verb not in VERBS:
+        return fail(f'no command {verb!r}{hint(verb, VERBS)}')
     args = build_parser(verb).parse_args(argv)
     try:
         code = int(module(args.verb).main(args))

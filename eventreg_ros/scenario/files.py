@@ -27,6 +27,12 @@ def shipped() -> list[str]:
     return sorted(path.stem for path in config_directory().glob('*.yaml'))
 
 
+def summary(name: str) -> str:
+    """Return what a shipped scenario is, in a sentence: the first line of its file."""
+    with open(config_directory() / f'{name}.yaml', encoding='utf-8') as file:
+        return file.readline().removeprefix('#').strip()
+
+
 def find(scenario: str) -> Path:
     """Return the file of a scenario given by name or path. Raises ScenarioError."""
     path = Path(scenario)

@@ -19,6 +19,7 @@ from ..scenario.names import split
 from .domain import loopback_domain
 from .executables import executable_of
 from .processes import Processes, node_command
+from .running import announced
 
 if TYPE_CHECKING:
     from .client import Client
@@ -125,7 +126,11 @@ class Session:
         )
         try:
             self._start(whole, parameters, environment)
-            with Client(self._refuse_death) as client:
+            nodes = tuple(whole.nodes)
+            with (
+                announced(self.scenario.name, nodes, environment),
+                Client(self._refuse_death) as client,
+            ):
                 self._conduct(client, whole)
         finally:
             with uninterrupted():

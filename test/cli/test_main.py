@@ -17,7 +17,8 @@ def test_every_verb_has_arguments_and_help(capsys, verb):
     with pytest.raises(SystemExit) as end:
         main([verb, '--help'])
     assert end.value.code == 0
-    assert VERBS[verb].split(':')[0] in ' '.join(capsys.readouterr().out.split())
+    words = ' '.join(capsys.readouterr().out.split())
+    assert VERBS[verb][1:].split(':')[0] in words
 
 
 def test_help_names_every_verb(capsys):
@@ -25,14 +26,13 @@ def test_help_names_every_verb(capsys):
         main(['--help'])
     assert end.value.code == 0
     text = capsys.readouterr().out
-    assert all(f'\n    {verb} ' in text for verb in VERBS)
+    assert set(VERBS) <= {line.split()[0] for line in text.splitlines() if line.startswith('    ')}
 
 
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        ([], 'the following arguments are required: COMMAND; see eventreg --help'),
-        (['nonsense'], "invalid choice: 'nonsense'"),
+        (['nonsense'], "no command 'nonsense'"),
         (['analyze'], 'required: BAG; see eventreg analyze --help'),
         (['analyze', 'bag', '--nonsense'], 'unrecognized arguments: --nonsense'),
         (['analyze', 'bag', '--sett', '1'], 'unrecognized arguments: --sett 1'),
@@ -113,7 +113,8 @@ def test_as_a_module(eventreg):
 
 def test_without_arguments(eventreg):
     result = eventreg()
-    assert (result.returncode, result.stderr.count('\n')) == (2, 1)
+    assert (result.returncode, result.stderr) == (2, '')
+    assert 'usage: eventreg' in result.stdout
 
 
 def test_a_reader_that_goes_away_is_no_error(make_bag):

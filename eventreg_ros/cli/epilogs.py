@@ -1,0 +1,62 @@
+"""What stands below the help of each command: examples, and what its exit codes mean."""
+
+from __future__ import annotations
+
+VERDICTS = (
+    'exit codes: 0 rejected, 1 not rejected, 3 undecided, 2 bad input (one line says how to fix it)'
+)
+
+EPILOGS = {
+    'run': f"""\
+examples:
+  eventreg run exact                                  40 s in real time, then the verdict
+  eventreg run exact -p controller.k:=3 --bag mine    another gain; the bag is kept in mine
+  eventreg run exact --lockstep --duration 40         as fast as it goes, the same every time
+  eventreg run exact --at 15:controller:deactivate --at 25:controller:activate
+
+{VERDICTS};
+4: a node died or stopped during the run""",
+    'simulate': f"""\
+examples:
+  eventreg simulate mismatch                          one continuous system, 400 of model time
+  eventreg simulate exact --sampled --delay 0.2       sample by sample, as nodes do it, delayed
+  eventreg simulate exact --at 150:controller:deactivate --out run.csv
+
+--out holds a column t (model time, every h from 0) and one per signal, by its name.
+{VERDICTS}""",
+    'analyze': f"""\
+examples:
+  eventreg analyze BAG                                events, rejection, timing, the verdict
+  eventreg analyze BAG --report page.html             a page with plots
+  eventreg analyze BAG --scenario exact --settle 200 --json result.json
+
+{VERDICTS}""",
+    'compare': """\
+examples:
+  eventreg compare exact mismatch                     two scenarios, simulated
+  eventreg compare BAG_1 BAG_2 BAG_3 --report page.html""",
+    'certify': """\
+examples:
+  eventreg certify exact
+  eventreg certify open -p controller.k:=2 --json certificates.json""",
+    'margin': """\
+examples:
+  eventreg margin exact                               delay, loss and jitter, with each hold
+  eventreg margin exact --plot margin.svg             and the verdict over delay and loss""",
+    'figures': """\
+examples:
+  eventreg figures --out figures                      all of them, as PDF, SVG and PNG
+  eventreg figures exact mismatch --format svg""",
+    'new': """\
+examples:
+  eventreg new mine.yaml
+  eventreg new mine.yaml --from open""",
+    'set': """\
+examples:
+  eventreg set controller.tau 0.0625                  on the run that goes on here
+  ROS_DOMAIN_ID=5 eventreg set controller.k 3         on the nodes of a domain""",
+    'deactivate': """\
+examples:
+  eventreg deactivate controller                      u goes to 0, the rest runs on
+  eventreg activate controller                        it starts again from x0""",
+}

@@ -1,0 +1,44 @@
+"""One intervention in the loop that runs: what ``eventreg set`` does, for Python."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from ..errors import EventregError, ros_is_missing
+from ..scenario.hint import hint
+from ..scenario.interventions import Intervention
+from .running import the_run
+
+PATIENCE = 5.0
+"""Seconds within which the node must be found and answer."""
+
+
+def intervene(action: Intervention) -> None:
+    """Do ``action`` now, in the run of this machine, or in the domain that ROS_DOMAIN_ID names.
+
+    Raises EventregError when there is no ROS, no such node, or the node refuses.
+    """
+    run = the_run()
+    if run is not None:
+        os.environ.update(run.environment)
+        if action.node not in run.nodes:
+            nearest = hint(action.node, run.nodes)
+            raise EventregError(f'the run of {run.scenario} has no node {action.node!r}{nearest}')
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    try:
+        from .client import Client
+    except ImportError as error:
+        raise EventregError(ros_is_missing('this command', error)) from None
+    end = time.monotonic() + PATIENCE
+
+    def patience() -> None:
+        if time.monotonic() > end:
+            domain = os.environ.get('ROS_DOMAIN_ID', '0')
+            raise EventregError(
+                f'no node {action.node!r} answers on ROS_DOMAIN_ID={domain}; start one with '
+                'eventreg run, or export the ROS_DOMAIN_ID of yours'
+            )
+
+    with Client(patience) as client:
+        client.act(action)

@@ -1,0 +1,90 @@
+"""The runs of this user on this machine: where `eventreg set` finds the loop that runs.
+
+A run leaves a file with what another process needs to reach its nodes, and takes it away when it
+ends. Files of runs that were killed are removed when somebody looks.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import EventregError
+
+REACH = ('ROS_', 'RMW_', 'FASTDDS_', 'FASTRTPS_', 'CYCLONEDDS_')
+"""Environment variables that decide whom a process can reach begin with one of these."""
+
+
+class Running(NamedTuple):
+    """A run: its process, its scenario, its nodes, and the environment that reaches them."""
+
+    pid: int
+    scenario: str
+    nodes: tuple[str, ...]
+    environment: Mapping[str, str]
+
+
+@contextmanager
+def announced(
+    scenario: str, nodes: tuple[str, ...], environment: Mapping[str, str]
+) -> Iterator[None]:
+    """Announce the run of this process until the block ends; where that cannot be, go on."""
+    reach = {name: value for name, value in environment.items() if name.startswith(REACH)}
+    file = _home() / f'{os.getpid()}.json'
+    data = {'scenario': scenario, 'nodes': list(nodes), 'environment': reach}
+    with suppress(OSError):
+        file.parent.mkdir(mode=0o700, exist_ok=True)
+        file.write_text(json.dumps(data), encoding='utf-8')
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            file.unlink()
+
+
+def runs() -> list[Running]:
+    """Return the runs that go on, the oldest first."""
+    found = []
+    with suppress(OSError):
+        for file in sorted(_home().glob('*.json'), key=lambda f: f.stat().st_mtime):
+            if (run := _read(file)) is not None:
+                found.append(run)
+    return found
+
+
+def the_run() -> Running | None:
+    """Return the one run that goes on; None where ROS_DOMAIN_ID says whom to reach, or none does.
+
+    Raises EventregError when there are several.
+    """
+    if 'ROS_DOMAIN_ID' in os.environ:
+        return None
+    found = runs()
+    if len(found) > 1:
+        which = ', '.join(
+            f'{run.scenario} on ROS_DOMAIN_ID={run.environment.get("ROS_DOMAIN_ID", "0")}'
+            for run in found
+        )
+        raise EventregError(f'several runs go on ({which}); choose one: export its ROS_DOMAIN_ID')
+    return found[0] if found else None
+
+
+def _home() -> Path:
+    return Path(tempfile.gettempdir()) / f'eventreg_runs_{os.getuid()}'
+
+
+def _read(file: Path) -> Running | None:
+    """Return what a file says; a file that is no run's, or whose process has ended, goes."""
+    try:
+        pid, data = int(file.stem), json.loads(file.read_text(encoding='utf-8'))
+        os.kill(pid, 0)
+        return Running(pid, data['scenario'], tuple(data['nodes']), dict(data['environment']))
+    except (OSError, ValueError, KeyError, TypeError):
+        with suppress(OSError):
+            file.unlink()
+        return None
