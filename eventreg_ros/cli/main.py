@@ -11,7 +11,6 @@ from typing import NoReturn
 
 from .. import __version__
 from ..errors import EventregError
-from ..scenario.hint import hint
 from .epilogs import EPILOGS
 
 VERBS = {
@@ -82,6 +81,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         build_parser(None).print_help()
         return 2
     if verb is not None and verb not in VERBS:
+        from ..scenario.hint import hint
+
         return fail(f'no command {verb!r}{hint(verb, VERBS)}')
     args = build_parser(verb).parse_args(argv)
     try:
