@@ -48,6 +48,7 @@ THEORY = {
         'linear loop hurwitz': 'pass',
         'linear loop francis': 'pass',
     },
+    'morris_lecar': {'controller internal_model': 'pass'},
 }
 EXPONENTS = {
     'exact': ['driven', 'quiet'],
@@ -57,6 +58,7 @@ EXPONENTS = {
     'quiescent': ['quiet'],
     'single_neuron': ['driven', 'quiet'],
     'linear': ['driven', 'quiet'],
+    'morris_lecar': ['driven', 'quiet'],
 }
 
 
