@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -90,6 +91,40 @@ class Account:
     ) -> None:
         """Add a note."""
         self.notes.append(Note(code, topic, stamp, text))
+
+
+def by_taker(takers: Iterable[tuple[int, Taker | None]]) -> list[tuple[Taker, list[int]]]:
+    """Return who takes the messages of which channels: of one topic there may be several."""
+    found: dict[int, tuple[Taker, list[int]]] = {}
+    for number, taker in takers:
+        if taker is not None:
+            found.setdefault(id(taker), (taker, []))[1].append(number)
+    return list(found.values())
+
+
+class Spans:
+    """From when to when each channel was written: two of one topic at a time are two writers."""
+
+    def __init__(self) -> None:
+        self._spans: dict[int, tuple[int, int]] = {}
+
+    def add(self, number: int, log: Stamps) -> None:
+        """Add messages of a channel."""
+        low, high = int(log[0]), int(log[-1])
+        before = self._spans.get(number, (low, high))
+        self._spans[number] = min(low, before[0]), max(high, before[1])
+
+    def judge(self, channels: Mapping[int, Channel], account: Account) -> None:
+        """Note the topics that had two channels at a time."""
+        by_topic: dict[str, list[tuple[int, int]]] = {}
+        for number, span in self._spans.items():
+            by_topic.setdefault(channels[number].topic, []).append(span)
+        for topic, spans in by_topic.items():
+            for before, after in pairwise(sorted(spans)):
+                if after[0] < before[1]:
+                    text = f'two sources wrote {topic}, each on a channel of its own'
+                    account.note('second-writer', text, topic=topic, stamp=after[0])
+                    break
 
 
 def absolute(topic: str) -> str:

@@ -47,6 +47,9 @@ def of_signals(
             notes.append(Note('lost-samples', signal, stamp, text))
         elif 0 < promised.get(_METADATA, count) < count:
             stale.append(f'{promised[_METADATA]} of {count} samples of {signal}')
+        elif 0 < promised[_WHO['statistics']] < count:
+            text = f'{count} samples of {signal} were read: {_WHO["statistics"]} fewer'
+            notes.append(Note('summary-disagrees', signal, None, text))
     if stale:
         text = f'{METADATA} is stale: it knows {", ".join(stale)}; all were read'
         notes.append(Note('metadata-disagrees', None, None, text))

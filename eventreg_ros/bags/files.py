@@ -94,7 +94,7 @@ def _nothing(path: Path, missing: list[str]) -> str:
 
 
 def _is_storage(name: str) -> bool:
-    return _unpacked(name).endswith(tuple(STORAGES.values()))
+    return not name.startswith('.') and _unpacked(name).endswith(tuple(STORAGES.values()))
 
 
 def _unpacked(name: str) -> str:

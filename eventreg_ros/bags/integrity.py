@@ -13,7 +13,6 @@ from .channel import Index, Stamps
 from .finding import Note
 from .messages import Flags, Values
 from .times import HOUR, SECOND
-from .values import two_sources
 
 _BLOCK = 2**15
 _FEW = 0.25
@@ -35,19 +34,33 @@ class Track(NamedTuple):
         return Track(self.stamps[which], self.values[which])
 
 
-def believed(tracks: Mapping[str, Track]) -> tuple[dict[str, Track], list[Note]]:
-    """Return the samples whose stamps can be believed, ordered, and what is wrong with the rest.
+class Believed(NamedTuple):
+    """Samples whose stamps can be believed, ordered, and what is wrong with the rest.
 
-    ``tracks`` are in the order of the files.
+    ``begins`` is where each signal began, before samples that were left out for their stamps.
     """
-    notes: list[Note] = []
+
+    tracks: dict[str, Track]
+    begins: dict[str, int]
+    notes: list[Note]
+
+
+def believed(tracks: Mapping[str, Track]) -> Believed:
+    """Return what can be believed of tracks, which are in the order of the files."""
+    found = Believed({}, {}, [])
     part = main_part([track.stamps for track in tracks.values() if len(track.stamps)])
-    found = {}
     for signal, track in tracks.items():
+        lead = 0
         if part is not None:
-            track = _within(signal, track, part, notes)
-        found[signal] = _ordered(signal, track, notes)
-    return found, notes
+            inside = (track.stamps >= part[0]) & (track.stamps <= part[1])
+            lead = int(inside.argmax()) if inside.any() else 0
+            track = _within(signal, track, inside, found.notes)
+        track = _ordered(signal, track, found.notes)
+        found.tracks[signal] = track
+        if len(track.stamps):
+            usual = int(np.median(np.diff(track.stamps[:100]))) if len(track.stamps) > 1 else 0
+            found.begins[signal] = int(track.stamps[0]) - lead * usual
+    return found
 
 
 # Stamps that are far from all others ------------------------------------------------------------
@@ -79,22 +92,19 @@ def _spans(stamps: Stamps, low: int, high: int) -> bool:
     return not len(steps) or bool(steps.min() >= 0 and steps.max() <= HOUR)
 
 
-def _within(signal: str, track: Track, part: tuple[int, int], notes: list[Note]) -> Track:
-    inside = (track.stamps >= part[0]) & (track.stamps <= part[1])
+def _within(signal: str, track: Track, inside: Flags, notes: list[Note]) -> Track:
     out = len(inside) - int(np.count_nonzero(inside))
     if not out:
         return track
     first = int(track.stamps[int(inside.argmin())])
+    who = f'{_many(out, len(inside))} of {signal} (the first: {_when(first)})'
     if out <= _FEW * len(inside):
-        text = (
-            f'{_many(out, len(inside))} of {signal} bear stamps that make no sense (the first: '
-            f'{_when(first)}), and are left out'
-        )
+        text = f'the stamps of {who} make no sense; they are left out'
         notes.append(Note('nonsense-stamps', signal, None, text))
     else:
         text = (
-            f'the stamps of {signal} jump by more than an hour: {_many(out, len(inside))} (the '
-            f'first: {_when(first)}) are far from the rest of the recording, and are left out'
+            f'the stamps of {who} are more than an hour from the rest of the recording; they are '
+            'left out'
         )
         notes.append(Note('stamps-jump', signal, None, text))
     return track.only(inside)
@@ -175,10 +185,7 @@ def _first_run(signal: str, track: Track, notes: list[Note]) -> Track:
     ]
     size = max(3, len(stamps) // _STRAYS)
     runs = [part for part in parts if part.after - part.first > size]
-    kept: list[_Segment] = []
-    for part in runs:
-        if not any(part.overlaps(other, slack) for other in kept):
-            kept.append(part)
+    kept = _first_of(runs, slack)
     again = [part for part in runs if part not in kept]
     strays = [part for part in parts if part not in runs and not _fits(part, kept, slack)]
     _say_again(signal, again, len(stamps), notes)
@@ -189,13 +196,40 @@ def _first_run(signal: str, track: Track, notes: list[Note]) -> Track:
     return track.only(good)
 
 
+def _first_of(runs: list[_Segment], slack: int) -> list[_Segment]:
+    """Return the runs that cover no time twice, and that do not go back.
+
+    Parts of one recording that merely lie in the file in another order leave no holes: they stay.
+    """
+    kept: list[_Segment] = []
+    for part in runs:
+        if not any(part.overlaps(other, slack) for other in kept):
+            kept.append(part)
+    ordered = sorted(kept, key=lambda part: part.low)
+    if all(after.low - before.high <= slack for before, after in pairwise(ordered)):
+        return kept
+    latest = -(2**63)
+    forward = []
+    for part in kept:
+        if part.low > latest - slack:
+            forward.append(part)
+            latest = part.high
+    return forward
+
+
 def _fits(part: _Segment, kept: list[_Segment], slack: int) -> bool:
-    """Whether a few samples lie, by their stamps, between what precedes and what follows them."""
+    """Whether a few samples lie, by their stamps, between what precedes and what follows them.
+
+    Or, in a file whose parts are in another order, next to one of those.
+    """
     before = [other.high for other in kept if other.first < part.first]
     after = [other.low for other in kept if other.first > part.first]
-    return (not before or part.low >= max(before) - slack) and (
+    if (not before or part.low >= max(before) - slack) and (
         not after or part.high <= min(after) + slack
-    )
+    ):
+        return True
+    beside = (abs(part.low - o.high) <= slack or abs(part.high - o.low) <= slack for o in kept)
+    return any(beside) and not any(part.overlaps(other, slack) for other in kept)
 
 
 def _say_again(signal: str, again: list[_Segment], total: int, notes: list[Note]) -> None:
@@ -204,8 +238,8 @@ def _say_again(signal: str, again: list[_Segment], total: int, notes: list[Note]
     count = sum(part.after - part.first for part in again)
     start = min(part.low for part in again)
     text = (
-        f'the stamps of {signal} go back: {_many(count, total)} are of a second run under stamps '
-        'that were recorded before, and are left out'
+        f'the stamps of {signal} go back: {_many(count, total)} are of a second run, or of a clock '
+        'that was set back, and are left out'
     )
     notes.append(Note('second-run', signal, start, text))
 
@@ -215,8 +249,8 @@ def _say_strays(signal: str, strays: list[_Segment], total: int, notes: list[Not
         return
     count = sum(part.after - part.first for part in strays)
     text = (
-        f'{_many(count, total)} of {signal} bear stamps that do not belong between those of their '
-        'neighbours, and are left out'
+        f'the stamps of {_many(count, total)} of {signal} do not belong between those of their '
+        'neighbours; they are left out'
     )
     notes.append(Note('nonsense-stamps', signal, strays[0].low, text))
 
@@ -230,13 +264,10 @@ def _moving(signal: str, track: Track, notes: list[Note]) -> Track:
     if not len(still):
         return track
     start = int(track.stamps[still[0]])
-    pairs = len(still) < 2 or bool((np.diff(still) > 1).all())
-    share = len(still) / max(len(track.stamps) - int(still[0]), 1)
-    source = two_sources(track.values[still[0] :]) if pairs and share > 0.4 else None
-    if source is not None:
+    if _twofold(track.values, still):
         text = (
-            f'two sources wrote {signal}: {len(still)} stamps occur twice, with values that belong '
-            'to two runs; the first of each is kept'
+            f'two sources wrote {signal}: {len(still)} stamps occur twice; the first sample of '
+            'each is kept'
         )
         notes.append(Note('second-writer', signal, start, text))
         good = np.ones(len(track.stamps), bool)
@@ -249,13 +280,29 @@ def _moving(signal: str, track: Track, notes: list[Note]) -> Track:
     return track
 
 
+def _twofold(values: Values, still: Index) -> bool:
+    """Whether two sources wrote: from some sample on, each stamp occurs twice.
+
+    Under a clock that is too slow for its signal, the second of two samples lies halfway to the
+    next; of two sources it may lie anywhere else.
+    """
+    left = len(values) - int(still[0])
+    if len(still) < 8 or (np.diff(still) < 2).any() or len(still) < 0.45 * left:
+        return False
+    with np.errstate(all='ignore'):
+        first, second = values[still], values[still + 1]
+        within = np.nanmean(np.abs(second - first))
+        onwards = np.nanmean(np.abs(np.diff(first)))
+    return not 0.25 * onwards < within < 0.75 * onwards
+
+
 def _off_grid(signal: str, track: Track, period: int, notes: list[Note]) -> None:
     """Report single stamps that are off the grid on which all others lie."""
-    phase = (track.stamps - track.stamps[len(track.stamps) // 2]) % period
-    off = np.flatnonzero(phase)
+    phase = (track.stamps - track.stamps[0]) % period
+    off = np.flatnonzero(phase != int(np.median(phase)))
     if 0 < len(off) <= len(phase) // 100:
         text = (
-            f'{_many(len(off), len(phase))} of {signal} bear a stamp off the grid of all others: '
-            'it was changed'
+            f'the stamps of {_many(len(off), len(phase))} of {signal} are off the grid of all '
+            'others: they were changed'
         )
         notes.append(Note('stamps-off-grid', signal, int(track.stamps[off[0]]), text))

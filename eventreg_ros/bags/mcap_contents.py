@@ -8,7 +8,7 @@ from zlib import crc32
 
 from .compression import TornError, unpack, unpacked
 from .mcap_delivery import Delivery
-from .mcap_messages import Run, items, parted
+from .mcap_messages import Run, damaged_after, items, parted
 from .mcap_records import HEAD, Chunk, Record, find_record
 from .mcap_trouble import Trouble
 from .tape import ROOM
@@ -106,8 +106,8 @@ class Contents:
         at = 0
         while True:
             for item in items(buffer, at):
-                self._take(item, sound)
                 at = item.end
+                self._take(item, sound, damaged_after(buffer, at, len(buffer) - at + more))
             left = len(buffer) - at
             if not left or (more and _incomplete(buffer, at, left + more)):
                 return at
@@ -116,11 +116,12 @@ class Contents:
             self._hole(end - at, head)
             at = end
 
-    def _take(self, item: Run | Record, sound: bool) -> None:
+    def _take(self, item: Run | Record, sound: bool, doubtful: bool = False) -> None:
+        """Hand an item on; the last message before damage is ``doubtful``, and left out."""
         if isinstance(item, Record):
             self.to.declare(item, sound)
-        else:
-            self.to.deliver(item)
+        elif (run := item.shortened() if doubtful else item) is not None:
+            self.to.deliver(run)
 
     def _hole(self, size: int, head: Chunk) -> None:
         self.trouble.hole(size, head.start if self.to.latest is None else self.to.latest)

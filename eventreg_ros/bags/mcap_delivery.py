@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from . import mcap_records as mcap
-from .channel import Account, Channel, Select, Taker, absolute, full_type
+from .channel import Account, Channel, Select, Spans, Taker, absolute, by_taker, full_type
 from .mcap_messages import Run
 from .mcap_records import DamagedError, McapChannel, Record, Schema
 from .mcap_summary import Summary
@@ -30,6 +30,7 @@ class Delivery:
         self._channels: dict[int, McapChannel] = {}
         self._read: Counter[int] = Counter()
         self._takers: dict[int, Taker | None] = {}
+        self._spans = Spans()
 
     def declare(self, record: Record, sound: bool) -> None:
         """Take note of a record that is no message; not ``sound``: its checksum is wrong."""
@@ -54,15 +55,18 @@ class Delivery:
 
     def deliver(self, run: Run) -> None:
         """Hand a run of messages on, channel by channel."""
-        for number, count in run.counts().items():
+        found = run.counts()
+        for number, count in found.items():
             self._read[number] += count
             if number not in self._takers:
                 self._takers[number] = self._taker(number)
-            taker = self._takers[number]
-            if taker is not None:
-                messages = run.of(number)
-                taker.take(messages)
-                self.latest = int(messages.log[-1])
+        for taker, numbers in by_taker((number, self._takers[number]) for number in found):
+            messages = run.of(numbers)
+            taker.take(messages)
+            self.latest = int(messages.log[-1])
+            for number in numbers:
+                alone = messages if len(numbers) == 1 else run.of([number])
+                self._spans.add(number, alone.log)
 
     def _taker(self, number: int) -> Taker | None:
         channel = self._channel(number)
@@ -90,6 +94,7 @@ class Delivery:
             for who, counts in (('statistics', summary.counts or {}), ('index', self.indexed)):
                 if counts.get(number):
                     account.promised.setdefault(who, Counter())[channel.topic] += counts[number]
+        self._spans.judge(channels, account)
         strays = sum(n for number, n in self._read.items() if number not in channels)
         if strays:
             account.note('damaged', f'{strays} messages are of channels that nothing declares')

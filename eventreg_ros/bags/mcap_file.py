@@ -10,7 +10,7 @@ from .channel import Account, Select
 from .compression import PIECE, sane
 from .mcap_contents import Contents
 from .mcap_delivery import Delivery
-from .mcap_messages import runs
+from .mcap_messages import damaged_after, runs
 from .mcap_records import HEAD, MAGIC, Chunk, DamagedError, Record, find_record
 from .mcap_summary import Summary, read_summary
 from .mcap_trouble import Trouble
@@ -86,8 +86,11 @@ class _Pass:
         self.trouble.unchecked = True
         end = 0
         for run in runs(window, 0):
-            self.to.deliver(run)
             end = run.end
+            doubtful = damaged_after(window, end, self.tape.left - end) and self.summary.whole
+            whole = run.shortened() if doubtful else run
+            if whole is not None:
+                self.to.deliver(whole)
         if not end and total <= ROOM:
             return self._recover()
         self.tape.drop(end or total)

@@ -42,6 +42,10 @@ class Table:
         """Whether a record begins at ``at``, which lies within."""
         return (at - self.start) % int(self.rows.shape[1]) == 0
 
+    def shortened(self) -> Table | None:
+        """Return the messages but for the last one."""
+        return Table(self.rows[:-1], self.start) if len(self.rows) > 1 else None
+
     def counts(self) -> dict[int, int]:
         """Return the number of messages by channel."""
         rounds = len(self._channels) // self._turn if self._turn else 0
@@ -50,22 +54,22 @@ class Table:
             found[channel] = found.get(channel, 0) + rounds * count
         return found
 
-    def of(self, channel: int) -> Messages:
-        """Return the messages of one channel."""
-        rows = self._rows(channel)
+    def of(self, channels: list[int]) -> Messages:
+        """Return the messages of some channels."""
+        rows = self._rows(channels)
         log, publish = _column(rows, LOG_AT, '<i8'), _column(rows, PUBLISH_AT, '<i8')
         same = np.array_equal(log, publish)
         log = log.copy()
         publish = log if same else publish.copy()
         return Messages(log, publish, (Group(None, rows[:, DATA_AT:]),))
 
-    def _rows(self, channel: int) -> Bytes:
-        (places,) = np.nonzero(self._channels[: self._turn] == channel)
+    def _rows(self, channels: list[int]) -> Bytes:
+        (places,) = np.nonzero(_among(self._channels[: self._turn], channels))
         if len(places) == 1:
             return self.rows[int(places[0]) :: self._turn]
         stride = self.rows.shape[1]
         whole = self.rows.reshape(-1).view(f'V{stride}')
-        found = whole.take(np.flatnonzero(self._channels == channel))
+        found = whole.take(np.flatnonzero(_among(self._channels, channels)))
         return found.view(np.uint8).reshape(-1, stride)
 
 
@@ -84,13 +88,19 @@ class Chain:
         i = int(np.searchsorted(self.starts, at))
         return i < len(self.starts) and int(self.starts[i]) == at
 
+    def shortened(self) -> Chain | None:
+        """Return the messages but for the last one."""
+        if len(self.starts) < 2:
+            return None
+        return Chain(self.data, self.starts[:-1], self.starts[:-1] + self.lengths[:-1])
+
     def counts(self) -> dict[int, int]:
         """Return the number of messages by channel."""
         return _counts(self._channels)
 
-    def of(self, channel: int) -> Messages:
-        """Return the messages of one channel."""
-        which = np.flatnonzero(self._channels == channel)
+    def of(self, channels: list[int]) -> Messages:
+        """Return the messages of some channels."""
+        which = np.flatnonzero(_among(self._channels, channels))
         starts, lengths = self.starts[which], self.lengths[which]
         log: Stamps = self._at(starts + LOG_AT, '<i8')
         publish: Stamps = self._at(starts + PUBLISH_AT, '<i8')
@@ -121,6 +131,17 @@ def items(buffer: memoryview, at: int) -> Iterator[Run | Record]:
             for run in runs(buffer, at):
                 yield run
                 at = run.end
+
+
+def damaged_after(buffer: memoryview, at: int, room: int) -> bool:
+    """Whether what follows at ``at`` is no record, so that what precedes may be damaged too.
+
+    ``room`` bytes are left of the file or the chunk from there on.
+    """
+    if at + HEAD.size > len(buffer):
+        return False
+    opcode, length = HEAD.unpack_from(buffer, at)
+    return bool(opcode == 0 or HEAD.size + length > room)
 
 
 def parted(found: list[Run | Record], size: int, places: list[int]) -> bool:
@@ -198,6 +219,11 @@ def _linked(starts: Index, ends: Index) -> Index:
 def _column(rows: Bytes, at: int, kind: str) -> npt.NDArray[np.int64]:
     size = np.dtype(kind).itemsize
     return cast('npt.NDArray[np.int64]', rows[:, at : at + size].view(kind)[:, 0])
+
+
+def _among(channels: Channels, some: list[int]) -> npt.NDArray[np.bool_]:
+    """Return which messages are of some channels, of which there is mostly one."""
+    return channels == some[0] if len(some) == 1 else np.isin(channels, some)
 
 
 def _counts(channels: Channels) -> dict[int, int]:

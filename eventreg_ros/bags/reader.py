@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from .finding import Finding, Note
 from .integrity import Track, believed
 from .metadata import NAME_KEY, SCENARIO_KEY
 from .reading import Reading
-from .recording import Recording, Stamped, first_stamp
+from .recording import Recording, Stamped, earliest
 from .storages import read_file
 from .times import choose, differing, stamps_of
 from .topics import Choice
@@ -63,13 +64,16 @@ def _read(path: Path, choice: Choice, time: str | None) -> Recording:
         signal: Track(stamps_of(found, chosen), found.values) for signal, found in samples.items()
     }
     del samples
-    tracks, doubts = believed(tracks)
-    notes += [*doubts, *_of_values(tracks), *reading.notes(sources)]
+    good = believed(tracks)
+    notes += [*good.notes, *_of_values(good.tracks), *reading.notes(sources)]
     by_signal = {signal: source.topic for signal, source in sources.items()}
     notes += counts.of_signals(by_signal, files, accounts)
-    found = {signal: Stamped(*track) for signal, track in tracks.items()}
-    findings = _findings(notes, found, by_signal)
-    return Recording(found, findings, *_scenario(path, files, accounts), chosen, by_signal)
+    signals = {signal: Stamped(*track) for signal, track in good.tracks.items()}
+    start = earliest(good.begins)
+    findings = _findings(notes, start, by_signal)
+    scenario, name = _scenario(path, files, accounts)
+    recording = Recording(signals, findings, scenario, name, chosen, by_signal)
+    return replace(recording, lead=recording.start - start)
 
 
 def read_messages(path: str | Path, topics: Collection[str]) -> dict[str, list[Message]]:
@@ -131,7 +135,8 @@ def _read_files(files: BagFiles, select: Select) -> tuple[list[Account], list[No
         except UnreadableError as error:
             if len(files.files) == 1:
                 raise
-            notes.append(Note('missing-file', None, None, str(error)))
+            code = 'missing-file' if file.stat().st_size else 'no-end'  # killed at its beginning
+            notes.append(Note(code, None, None, str(error)))
     if not accounts:
         raise BagError(f'none of the files of bag {files.files[0].parent} can be read')
     return accounts, notes + [note for account in accounts for note in account.notes]
@@ -160,11 +165,8 @@ def _of_values(tracks: Mapping[str, Track]) -> list[Note]:
     return notes
 
 
-def _findings(
-    notes: Sequence[Note], found: Mapping[str, Stamped], topics: Mapping[str, str]
-) -> tuple[Finding, ...]:
-    """Return notes as findings: by signal, and in seconds since the first sample."""
-    start = first_stamp({name: stamped.stamps for name, stamped in found.items()})
+def _findings(notes: Sequence[Note], start: int, topics: Mapping[str, str]) -> tuple[Finding, ...]:
+    """Return notes as findings: by signal, and in seconds since ``start``."""
     signals = {topic: signal for signal, topic in topics.items()}
     findings = []
     for code, topic, stamp, text in notes:

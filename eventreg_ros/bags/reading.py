@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ..errors import BagError
 from .channel import Account, Channel, Messages, Taker
@@ -16,7 +16,7 @@ from .topics import Choice, Source
 class Fan:
     """Hands messages to several takers: two signals may come from one topic."""
 
-    def __init__(self, takers: list[Taker]) -> None:
+    def __init__(self, takers: Sequence[Taker]) -> None:
         self.takers = takers
 
     def expect(self, count: int) -> None:
@@ -38,15 +38,17 @@ class Reading:
         self.choice = choice
         self.series: dict[Source, Series] = {}
         self._headers = headers
+        self._fans: dict[tuple[Source, ...], Fan] = {}
 
     def select(self, channel: Channel) -> Taker | None:
         """Return who takes the messages of a channel. Raises BagError for a field it has not."""
-        takers: list[Taker] = []
-        for source in self.choice.sources(channel):
+        sources = tuple(self.choice.sources(channel))
+        for source in sources:
             if source not in self.series:
                 self.series[source] = self._new(channel, source)
-            takers.append(self.series[source])
-        return takers[0] if len(takers) == 1 else Fan(takers) if takers else None
+        if len(sources) < 2:
+            return self.series[sources[0]] if sources else None
+        return self._fans.setdefault(sources, Fan([self.series[s] for s in sources]))
 
     def _new(self, channel: Channel, source: Source) -> Series:
         decoder, types = self.choice.decoder(channel, source.field)

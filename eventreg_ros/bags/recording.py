@@ -36,11 +36,14 @@ class Recording:
     name: str | None
     time: Time
     topics: dict[str, str]
+    lead: int = 0
+    """Nanoseconds by which the run began before the first stamp: by samples without a good one."""
 
     @property
     def start(self) -> int:
         """The stamp of the run's first sample; where there are ours, others do not count."""
-        return first_stamp({name: stamped.stamps for name, stamped in self.signals.items()})
+        found = self.signals.items()
+        return earliest({name: int(s.stamps[0]) for name, s in found if len(s.stamps)}) - self.lead
 
     def in_model_time(self, time_scale: float) -> dict[str, tuple[Values, Values]]:
         """Return the signals over model time, t = 0 at the first sample of the run."""
@@ -50,8 +53,7 @@ class Recording:
         }
 
 
-def first_stamp(signals: Mapping[str, Stamps]) -> int:
-    """Return the first stamp of the paper's signals, of all where there are none of those."""
-    found = {name: int(stamps[0]) for name, stamps in signals.items() if len(stamps)}
-    ours = [stamp for name, stamp in found.items() if name in SIGNALS]
-    return min(ours or found.values(), default=0)
+def earliest(stamps: Mapping[str, int]) -> int:
+    """Return the earliest of stamps by signal: of the paper's, of all where there are none."""
+    ours = [stamp for name, stamp in stamps.items() if name in SIGNALS]
+    return min(ours or stamps.values(), default=0)

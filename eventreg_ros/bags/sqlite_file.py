@@ -1,17 +1,26 @@
-"""A .db3 file of rosbag2: its small tables by SQL, its messages from their pages."""
+"""A .db3 file of rosbag2: what tables it has, which topics, and a writer's leavings beside it."""
 
 from __future__ import annotations
 
 import sqlite3
-from contextlib import ExitStack, closing, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import IO, NamedTuple
 
-from .channel import Account, Channel, Select, UnreadableError, absolute, full_type
+import numpy as np
+
+from .channel import Account, Bytes, Channel, Index, Select, UnreadableError, absolute, full_type
 from .metadata import custom_data
-from .sqlite_rows import Rows, Tables
+from .sqlite_pages import Layout
+from .sqlite_rows import Rows
+from .sqlite_table import Value, columns, rows
 
 MAGIC = b'SQLite format 3\x00'
 _JOURNAL_MAGIC = bytes.fromhex('d9d505f920a163d7')
+_HEADER = 100
+_USUAL = 4096
+_NEEDED = {'topics': {'id', 'name', 'type'}, 'messages': {'topic_id', 'timestamp', 'data'}}
 
 
 def read_sqlite(path: Path, select: Select) -> Account:
@@ -21,23 +30,105 @@ def read_sqlite(path: Path, select: Select) -> Account:
     """
     with ExitStack() as stack:
         account = Account()
-        file = _settled(path, account, stack)
-        uri = f'{file.resolve().as_uri()}?mode=ro&immutable=1'
-        try:
-            connection = stack.enter_context(closing(sqlite3.connect(uri, uri=True)))
-            connection.text_factory = lambda data: data.decode('utf-8', 'replace')
-            tables = _tables(connection)
-            channels = _channels(connection)
-        except (sqlite3.Error, ValueError) as error:  # ValueError: names that are no text
+        file = stack.enter_context(_settled(path, account, stack).open('rb'))
+        pages = FilePages(file)
+        tables = _tables(pages)
+        there = {name: set(table.columns) for name, table in tables.items()}
+        if not all(needed <= there.get(name, set()) for name, needed in _NEEDED.items()):
             raise UnreadableError(
-                f'{path} cannot be read: {error}; where sqlite3 is installed, '
+                f'{path} cannot be read: it is no rosbag2, or its list of tables is damaged; '
                 f"'sqlite3 {path.name} .recover' may save some of it"
-            ) from None
+            )
+        channels = _channels(pages, tables)
         account.channels = list(channels.values())
-        account.custom.update(_custom(connection))
-        opened = stack.enter_context(file.open('rb'))
-        Rows(path.name, opened, connection, tables, channels, account).run(select)
+        for _, row in _rows(pages, tables.get('metadata')):
+            account.custom.update(custom_data(str(row.get('metadata'))))
+        reading = Rows(path.name, pages.read, pages.layout, tables['messages'].columns, account)
+        reading.run(tables['messages'].root, _index(tables), channels, select)
         return account
+
+
+class FilePages:
+    """The pages of a file, by number."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        head = file.read(_HEADER).ljust(_HEADER, b'\0')
+        size = int.from_bytes(head[16:18], 'big')
+        size = 65536 if size == 1 else size
+        if size < 512 or size & (size - 1):  # damaged: rosbag2 has it at that
+            size = _USUAL
+        self.layout = Layout(size, head[20] if head[20] < 64 else 0, file.seek(0, 2) // size)
+
+    def read(self, numbers: Index) -> Bytes:
+        """Return pages, shape (n, page size), zeros where there is none."""
+        if not len(numbers):
+            return np.empty((0, self.layout.size), np.uint8)
+        low, high = int(numbers.min()), int(numbers.max())
+        if high - low < 3 * len(numbers) + 16:
+            return self._span(low, high - low + 1)[numbers - low]
+        return np.concatenate([self._span(number, 1) for number in numbers.tolist()])
+
+    def _span(self, first: int, count: int) -> Bytes:
+        size = self.layout.size
+        self._file.seek((first - 1) * size)
+        data = self._file.read(count * size)
+        data = data[: len(data) // size * size]  # a page that was cut is none
+        return np.frombuffer(data.ljust(count * size, b'\0'), np.uint8).reshape(count, size)
+
+
+class _Table(NamedTuple):
+    """A table or an index: the table it belongs to, its first page, its columns."""
+
+    of: str
+    root: int
+    columns: list[str]
+
+
+def _tables(pages: FilePages) -> dict[str, _Table]:
+    """Return tables and indices by name; views and the like have no first page."""
+    found = {}
+    for _, row in rows(pages.read, pages.layout, 1):
+        if len(row) == 5 and isinstance(row[3], int) and 0 < row[3] <= pages.layout.pages:
+            name, statement = str(row[1]), str(row[4])
+            plain = row[0] == 'index' or statement.upper().startswith('CREATE TABLE')
+            found[name] = _Table(str(row[2]), row[3], columns(statement) if plain else [])
+    return found
+
+
+def _index(tables: dict[str, _Table]) -> int:
+    """Return the first page of the index of the messages' stamps, 0 where there is none."""
+    for name, table in tables.items():
+        if name != 'messages' and table.of == 'messages' and table.columns == ['timestamp']:
+            return table.root
+    return 0
+
+
+def _rows(pages: FilePages, table: _Table | None) -> Iterator[tuple[int, dict[str, Value]]]:
+    """Yield the rows of a small table, with their ids."""
+    if table is not None:
+        for number, row in rows(pages.read, pages.layout, table.root):
+            yield number, dict(zip(table.columns, row, strict=False))
+
+
+def _channels(pages: FilePages, tables: dict[str, _Table]) -> dict[int, Channel]:
+    """Return the topics by their ids."""
+    definitions = {
+        row.get('topic_type'): (
+            str(row.get('encoded_message_definition')), str(row.get('encoding')),
+        )
+        for _, row in _rows(pages, tables.get('message_definitions'))
+    }  # fmt: skip
+    found = {}
+    for number, row in _rows(pages, tables['topics']):
+        topic, kind = absolute(str(row.get('name'))), str(row.get('type'))
+        encoding = str(row.get('serialization_format') or 'cdr')
+        definition = definitions.get(kind, ('', ''))
+        found[number] = Channel(topic, full_type(kind), encoding, *definition)
+    return found
+
+
+# What a killed writer leaves --------------------------------------------------------------------
 
 
 def _settled(path: Path, account: Account, stack: ExitStack) -> Path:
@@ -56,7 +147,7 @@ def _settled(path: Path, account: Account, stack: ExitStack) -> Path:
     try:
         with closing(sqlite3.connect(scratch / path.name)) as connection:
             connection.execute('SELECT count(*) FROM sqlite_master').fetchone()
-    except sqlite3.Error:
+    except (sqlite3.Error, ValueError):
         return path
     account.note(
         'no-end', f'{path.name} was not closed: its writer was killed, or goes on; what was '
@@ -70,57 +161,3 @@ def _begins_with(path: Path, magic: bytes) -> bool:
         return False
     with path.open('rb') as file:
         return file.read(len(magic)) == magic
-
-
-# Small tables -------------------------------------------------------------------------------------
-
-
-def _tables(connection: sqlite3.Connection) -> Tables:
-    roots = {
-        (kind, table): root
-        for kind, table, root in connection.execute(
-            'SELECT type, tbl_name, rootpage FROM sqlite_master WHERE rootpage > 0'
-        )
-    }
-    columns = _columns(connection, 'messages')
-    wanted = {'topic_id', 'timestamp', 'data'} <= set(columns)
-    if not wanted or not roots.get(('table', 'messages')) or not roots.get(('table', 'topics')):
-        raise sqlite3.DatabaseError(
-            'it is a database, but no rosbag2: no tables of messages and topics'
-        )
-    return Tables(roots['table', 'messages'], roots.get(('index', 'messages'), 0), columns)
-
-
-def _columns(connection: sqlite3.Connection, table: str) -> list[str]:
-    return [row[1] for row in connection.execute(f'PRAGMA table_info({table})')]
-
-
-def _channels(connection: sqlite3.Connection) -> dict[int, Channel]:
-    definitions = {}
-    if 'encoded_message_definition' in _columns(connection, 'message_definitions'):
-        with suppress(sqlite3.Error):  # ROS's own definitions serve
-            definitions = {
-                kind: (str(text), str(language))
-                for kind, text, language in connection.execute(
-                    'SELECT topic_type, encoded_message_definition, encoding '
-                    'FROM message_definitions'
-                )
-            }
-    rows = connection.execute('SELECT id, name, type, serialization_format FROM topics ORDER BY id')
-    return {
-        number: Channel(
-            absolute(str(name)),
-            full_type(str(kind)),
-            str(encoding),
-            *definitions.get(kind, ('', '')),
-        )
-        for number, name, kind, encoding in rows
-    }
-
-
-def _custom(connection: sqlite3.Connection) -> dict[str, str]:
-    try:
-        texts = connection.execute('SELECT metadata FROM metadata ORDER BY id').fetchall()
-    except (sqlite3.Error, ValueError):
-        return {}
-    return {key: value for (text,) in texts for key, value in custom_data(str(text)).items()}

@@ -37,6 +37,15 @@ class Layout(NamedTuple):
         """Bytes of a page that may be used."""
         return self.size - self.reserved
 
+    def local(self, length: int) -> int:
+        """Return how much of a row of ``length`` bytes is in its own page."""
+        most = self.usable - 35
+        if length <= most:
+            return length
+        least = (self.usable - 12) * 32 // 255 - 23
+        part = least + (length - least) % (self.usable - 4)
+        return part if part <= most else least
+
 
 class Tree(NamedTuple):
     """The pages of a b-tree in order; ``broken`` are those that are not what they should be."""

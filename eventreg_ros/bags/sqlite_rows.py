@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Iterator
-from typing import IO, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from . import sqlite_pages as sqlite
-from .channel import Account, Bytes, Channel, Group, Index, Messages, Select, Stamps, Taker, grouped
-from .sqlite_pages import INDEX_INTERIOR, INDEX_LEAF, TABLE_INTERIOR, TABLE_LEAF, Cells, Layout
+from .channel import (
+    Account,
+    Bytes,
+    Channel,
+    Group,
+    Index,
+    Messages,
+    Select,
+    Spans,
+    Stamps,
+    Taker,
+    by_taker,
+    grouped,
+)
+from .sqlite_pages import (
+    INDEX_INTERIOR,
+    INDEX_LEAF,
+    TABLE_INTERIOR,
+    TABLE_LEAF,
+    Cells,
+    Layout,
+    Pages,
+)
+from .sqlite_table import payload_of
 
 _BATCH = 2 * 2**20
 """Bytes of pages that are read together."""
-_LONGEST = 8 * 2**20
-"""A message that is longer is not read."""
-_HEADER = 100
-
-
-class Tables(NamedTuple):
-    """Root pages of the messages and of the index of their stamps (0: none); a row's columns."""
-
-    messages: int
-    stamps: int
-    columns: list[str]
 
 
 class _Sums(NamedTuple):
@@ -55,50 +65,40 @@ class Rows:
     """One pass through the messages of a file."""
 
     def __init__(
-        self, name: str, file: IO[bytes], connection: sqlite3.Connection, tables: Tables,
-        channels: dict[int, Channel], account: Account,
-    ) -> None:  # fmt: skip
-        self.name, self.file, self.connection = name, file, connection
-        self.tables, self.channels, self.account = tables, channels, account
-        self.layout = _layout(file)
+        self, name: str, pages: Pages, layout: Layout, columns: list[str], account: Account
+    ) -> None:
+        """``columns`` are those of the messages' table, in order."""
+        self.name, self.pages, self.layout, self.account = name, pages, layout, account
+        self.columns = columns
+        self.channels: dict[int, Channel] = {}
         self.bad = 0
         self.sums = _Sums()
+        self.spans = Spans()
         self.last_row: int | None = None
         self.last_stamp: int | None = None
         self.lost_at: int | None = None
 
-    def run(self, select: Select) -> None:
-        """Hand the messages on; what is wrong is in the account."""
-        takers = {number: select(channel) for number, channel in self.channels.items()}
-        tree = sqlite.tree(self._pages, self.layout, self.tables.messages, TABLE_INTERIOR)
+    def run(self, root: int, index: int, channels: dict[int, Channel], select: Select) -> None:
+        """Hand the messages of the table at ``root`` on; what is wrong is in the account.
+
+        ``index`` is the first page of the index of their stamps, 0 where there is none.
+        """
+        self.channels = channels
+        takers = {number: select(channel) for number, channel in channels.items()}
+        tree = sqlite.tree(self.pages, self.layout, root, TABLE_INTERIOR)
         self._read(tree.leaves, takers)
         if tree.broken:
             known = np.concatenate([tree.leaves, tree.interior])
             self._read(self._orphans(known), takers)
-        self._judge(len(tree.broken))
+        self._judge(len(tree.broken), self._index_sums(index) if index else None)
 
     # Pages ------------------------------------------------------------------------------------
-
-    def _pages(self, numbers: Index) -> Bytes:
-        size = self.layout.size
-        if not len(numbers):
-            return np.empty((0, size), np.uint8)
-        low, high = int(numbers.min()), int(numbers.max())
-        if high - low < 3 * len(numbers) + 16:
-            return self._span(low, high - low + 1)[numbers - low]
-        return np.concatenate([self._span(number, 1) for number in numbers.tolist()])
-
-    def _span(self, first: int, count: int) -> Bytes:
-        size = self.layout.size
-        self.file.seek((first - 1) * size)
-        data = self.file.read(count * size)
-        return np.frombuffer(data.ljust(count * size, b'\0'), np.uint8).reshape(count, size)
 
     def _batches(self, numbers: Index) -> Iterator[tuple[Index, Bytes]]:
         step = max(_BATCH // self.layout.size, 1)
         for at in range(0, len(numbers), step):
             part = numbers[at : at + step]
-            yield part, self._pages(part)
+            yield part, self.pages(part)
 
     def _orphans(self, known: Index) -> Index:
         """Return the pages of rows that no page leads to any more."""
@@ -115,17 +115,18 @@ class Rows:
             cells = sqlite.cells(pages, numbers, self.layout, TABLE_LEAF)
             rows = self._rows(cells)
             self._count(cells, rows)
-            for number in np.unique(rows.topics).tolist():
-                taker = takers[number]
-                if taker is not None:
-                    which = rows.topics == number
-                    chosen = _Rows(*(column[which] for column in rows))
-                    self.account.read[self.channels[number].topic] += len(chosen.topics)
-                    self._hand_on(cells, chosen, taker)
+            there = np.unique(rows.topics).tolist()
+            for taker, topics in by_taker((number, takers[number]) for number in there):
+                which = np.isin(rows.topics, topics)
+                chosen = _Rows(*(column[which] for column in rows))
+                self.account.read[self.channels[topics[0]].topic] += len(chosen.topics)
+                self._hand_on(cells, chosen, taker)
+                for number in topics:
+                    self.spans.add(number, chosen.stamps[chosen.topics == number])
 
     def _rows(self, cells: Cells) -> _Rows:
         """Return the rows of known topics, in order; others make no sense."""
-        columns = self.tables.columns
+        columns = self.columns
         topic_at, stamp_at, data_at = (columns.index(c) for c in ('topic_id', 'timestamp', 'data'))
         none = np.empty(0, np.intp)
         parts = [_Rows(none, none.astype(np.int64), none, none, none)]
@@ -161,37 +162,28 @@ class Rows:
 
     def _hand_on(self, cells: Cells, rows: _Rows, taker: Taker) -> None:
         local = self.layout.usable - 35
-        long = cells.lengths[rows.which] > local
-        if long.any():
-            self._hand_on_long(cells, rows, taker)
-        else:
+        if (cells.lengths[rows.which] <= local).all():
             groups = grouped(cells.data, rows.starts, rows.lengths)
             taker.take(Messages(rows.stamps, None, groups))
-
-    def _hand_on_long(self, cells: Cells, rows: _Rows, taker: Taker) -> None:
-        """Hand on rows of which some go on in other pages: sqlite puts those together."""
-        query = 'SELECT data FROM messages WHERE rowid = ? AND length(data) <= ?'
-        for i, number in enumerate(rows.which.tolist()):
-            try:
-                found = self.connection.execute(query, (int(cells.rows[number]), _LONGEST))
-                data = found.fetchone()
-            except sqlite3.Error:
-                data = None
-            if data is None or not isinstance(data[0], bytes):
+            return
+        for i, number in enumerate(rows.which.tolist()):  # some go on in other pages
+            payload = payload_of(self.pages, self.layout, cells, number)
+            if payload is None:
                 self.bad += 1
                 continue
-            table = np.frombuffer(data[0], np.uint8)[None, :]
-            taker.take(Messages(rows.stamps[i : i + 1], None, (Group(None, table),)))
+            place = int(rows.starts[i] - cells.starts[number])
+            data = np.frombuffer(payload, np.uint8)[None, place : place + int(rows.lengths[i])]
+            taker.take(Messages(rows.stamps[i : i + 1], None, (Group(None, data),)))
 
     # What is wrong ------------------------------------------------------------------------------
 
-    def _judge(self, broken: int) -> None:
+    def _judge(self, broken: int, index: _Sums | None) -> None:
         name, account = self.name, self.account
+        self.spans.judge(self.channels, account)
         if broken or self.bad:
             what = [f'{broken} pages'] * bool(broken) + [f'{self.bad} rows'] * bool(self.bad)
             text = f'{" and ".join(what)} of {name} cannot be read'
             account.note('damaged', text, stamp=self.lost_at or self.last_stamp)
-        index = self._index_sums()
         if index is None or index == self.sums:
             return
         if index.rows > self.sums.rows:
@@ -203,11 +195,9 @@ class Rows:
             text = f'index and rows of {name} disagree in stamps; the rows were read'
             account.note('index-disagrees', text)
 
-    def _index_sums(self) -> _Sums | None:
-        """Return the sums over the index, None where there is none."""
-        if not self.tables.stamps:
-            return None
-        tree = sqlite.tree(self._pages, self.layout, self.tables.stamps, INDEX_INTERIOR)
+    def _index_sums(self, root: int) -> _Sums:
+        """Return the sums over the index."""
+        tree = sqlite.tree(self.pages, self.layout, root, INDEX_INTERIOR)
         sums = _Sums()
         for numbers, kind in ((tree.leaves, INDEX_LEAF), (tree.interior, INDEX_INTERIOR)):
             for part, pages in self._batches(numbers):
@@ -216,12 +206,3 @@ class Rows:
                     starts = cells.starts[form.which]
                     sums = sums.plus(form.integers(cells.data, starts, 0))
         return sums
-
-
-def _layout(file: IO[bytes]) -> Layout:
-    """Return the layout that the head of a database states."""
-    file.seek(0)
-    head = file.read(_HEADER)
-    size = int.from_bytes(head[16:18], 'big')
-    size = 65536 if size == 1 else size
-    return Layout(size, head[20], -(-file.seek(0, 2) // size))

@@ -107,7 +107,9 @@ def _plausible(series: Mapping[str, Samples]) -> bool:
         if samples.publish is None or len(samples.log) < 2:
             continue
         close = np.count_nonzero(np.abs(delays(samples)) < SECOND)
-        if not _alive(samples.publish) or close < _MOST * len(samples.log):
+        if not _alive(samples.publish) or (
+            _alive(samples.log) and close < _MOST * len(samples.log)
+        ):
             return False
         more = _strays(samples.publish) - _strays(samples.log)
         if more > len(samples.log) // 100:

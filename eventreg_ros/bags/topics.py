@@ -84,6 +84,8 @@ class Choice:
         if self.namespace is not None and not topic.startswith(_prefix(self.namespace)):
             return False
         last = topic.rpartition('/')[2]
+        if not channel.type:  # a guess, which is made for nothing but the signals of the loop
+            return last in (self.signals or SIGNALS)
         return self.signals is None or any(last == s.rpartition('/')[2] for s in self.signals)
 
     def decoder(self, channel: Channel, field: str) -> tuple[Decoder, Types]:
@@ -157,6 +159,12 @@ class Choice:
     def nothing(self) -> str:
         """Return what to say where no topic could be read."""
         floats = sorted(topic for topic, c in self.seen.items() if c.type == FLOAT64)
+        foreign = [self.seen[topic] for topic in floats if self.seen[topic].encoding != 'cdr']
+        if foreign:
+            return (
+                f'bag {self.bag} holds {foreign[0].topic} encoded as {foreign[0].encoding!r}, not '
+                'as cdr, the encoding of ROS 2; convert it (for ROS 1: rosbags-convert)'
+            )
         if floats:
             where = f' in namespace {self._prefix.rstrip("/")}' if self.namespace else ''
             return f'bag {self.bag} holds no {FLOAT64} topic{where}; it has {", ".join(floats)}'

@@ -8,11 +8,12 @@ from .channel import Index
 from .messages import Values
 
 _BLOCK = 2**15
-_WINDOW = 16
-_TURNS = 6
+_WINDOW = 32
+_TURNS = 12
 """A window of a smooth signal turns once or twice; where two sources alternate, more often."""
 _ALIKE = 0.15
-_WINDOWS = 3
+_FARTHER = 2.0
+_WINDOWS = 4
 _SIZE = 1e-3
 _WILD = 1e6
 _LONE = 3
@@ -22,8 +23,9 @@ _LONE = 3
 def two_sources(values: Values) -> int | None:
     """Return from which sample on two sources alternate, None where they do not.
 
-    A sample of theirs is far from the one before, yet close to one of the two before that. Noise is
-    not: of any three samples the nearest is still a third as far away as the next.
+    A sample of theirs is farther from the one before than from the one before that, or much closer
+    to one of the last three than to the last. In a smooth signal the last one is the closest, and
+    noise is as far from any: of three, the nearest is still a third as far away as the last.
     """
     count = len(values) // _WINDOW - 1
     if count < _WINDOWS:
@@ -59,8 +61,9 @@ def _alternate(values: Values, windows: Index) -> Index:
         part = windows[at : at + _BLOCK // _WINDOW, None] * _WINDOW + np.arange(-3, _WINDOW)
         table = values[part]
         apart = [np.abs(table[:, 3:] - table[:, 3 - k : -k]) for k in (1, 2, 3)]
-        step, nearest = apart[0].mean(1), np.minimum.reduce(apart).mean(1)
-        found.append(np.flatnonzero((nearest < _ALIKE * step) & (step > _SIZE * scale)) + at)
+        step, second, nearest = apart[0].mean(1), apart[1].mean(1), np.minimum.reduce(apart).mean(1)
+        apart_by_two = (step > _FARTHER * second) | (nearest < _ALIKE * step)
+        found.append(np.flatnonzero(apart_by_two & (step > _SIZE * scale)) + at)
     return np.concatenate(found)
 
 
@@ -71,7 +74,7 @@ def _spread(values: Values) -> float:
     if not len(some):
         return 0.0
     low, high = np.percentile(some, [2, 98])
-    return float(high - low)
+    return float(max(high - low, 1e-6 * abs(low)))
 
 
 def wild_samples(values: Values) -> Index:
@@ -84,13 +87,14 @@ def wild_samples(values: Values) -> Index:
 
 def lone_samples(values: Values) -> list[int]:
     """Return the few samples that are far off both neighbours, which are close to each other."""
-    if len(values) < _WINDOW:
+    if len(values) < 16:
         return []
     with np.errstate(all='ignore'):
         places, heights, largest = _peaks(values)
         if largest == np.inf:
             places, heights, largest = _peaks(np.where(np.isfinite(values), values, np.nan))
-        if not len(places) or not heights.max() > 0.5 * largest:
+        highest = heights.max(initial=0.0)
+        if not highest > 0.5 * largest or np.count_nonzero(heights > 0.5 * highest) > _LONE:
             return []
         return _judged(values, places, heights)
 
