@@ -13,7 +13,9 @@ _TURNS = 12
 """A window of a smooth signal turns once or twice; where two sources alternate, more often."""
 _ALIKE = 0.15
 _FARTHER = 2.0
-_WINDOWS = 4
+_TOGETHER = ((3, 3), (7, 40))
+"""One window and so many more within so many: noise makes one now and then, never so many."""
+_BACK = 5
 _SIZE = 1e-3
 _WILD = 1e6
 _LONE = 3
@@ -24,20 +26,18 @@ def two_sources(values: Values) -> int | None:
     """Return from which sample on two sources alternate, None where they do not.
 
     A sample of theirs is farther from the one before than from the one before that, or much closer
-    to one of the last three than to the last. In a smooth signal the last one is the closest, and
-    noise is as far from any: of three, the nearest is still a third as far away as the last.
+    to one of the last few than to the last. In a smooth signal the last one is the closest, and
+    noise is as far from any: of five, the nearest is still a quarter as far away as the last.
     """
     count = len(values) // _WINDOW - 1
-    if count < _WINDOWS:
+    if count < 1:
         return None
     with np.errstate(all='ignore'):
         windows = _turning(values[: (count + 1) * _WINDOW])
-        if len(windows) < _WINDOWS:
-            return None
         found = windows[_alternate(values, windows)]
-    runs = found[: len(found) - _WINDOWS + 1]
-    together = runs[found[_WINDOWS - 1 :] - runs == _WINDOWS - 1]
-    return int(together[0]) * _WINDOW if len(together) else None
+    starts = [found[:-more][found[more:] - found[:-more] <= within] for more, within in _TOGETHER]
+    first = [int(start[0]) for start in starts if len(start)]
+    return min(first) * _WINDOW if first else None
 
 
 def _turning(values: Values) -> Index:
@@ -58,13 +58,16 @@ def _alternate(values: Values, windows: Index) -> Index:
     scale = _spread(values)
     found = []
     for at in range(0, len(windows), _BLOCK // _WINDOW):
-        part = windows[at : at + _BLOCK // _WINDOW, None] * _WINDOW + np.arange(-3, _WINDOW)
+        part = windows[at : at + _BLOCK // _WINDOW, None] * _WINDOW + np.arange(-_BACK, _WINDOW)
         table = values[part]
-        apart = [np.abs(table[:, 3:] - table[:, 3 - k : -k]) for k in (1, 2, 3)]
-        step, second, nearest = apart[0].mean(1), apart[1].mean(1), np.minimum.reduce(apart).mean(1)
-        apart_by_two = (step > _FARTHER * second) | (nearest < _ALIKE * step)
-        found.append(np.flatnonzero(apart_by_two & (step > _SIZE * scale)) + at)
-    return np.concatenate(found)
+        apart = [np.abs(table[:, _BACK:] - table[:, _BACK - k : -k]) for k in range(1, _BACK + 1)]
+        step, second, nearest = apart[0].mean(1), apart[1].mean(1), np.minimum.reduce(apart)
+        levels = (nearest == 0.0).mean(1) > 0.5  # of a few values each is near another
+        turns = (nearest == apart[0]).mean(1) < 0.2  # as in a period of a few samples
+        alike = (nearest.mean(1) < _ALIKE * step) & ~levels & ~turns
+        two = (step > _FARTHER * second) | alike
+        found.append(np.flatnonzero(two & (step > _SIZE * scale)) + at)
+    return np.concatenate(found) if found else np.empty(0, np.intp)
 
 
 def _spread(values: Values) -> float:
