@@ -98,5 +98,5 @@ setup(
     ],
     extras_require={'ros': ROS, 'fast': ['numba>=0.59'], 'frames': FRAMES, 'test': TEST},
     zip_safe=False,
-    entry_points={'console_scripts': [f'eventreg = {PACKAGE}.cli.main:main']},
+    entry_points={'console_scripts': [f'eventreg = {PACKAGE}.__main__:main']},
 )  # fmt: skip

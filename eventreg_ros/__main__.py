@@ -1,8 +1,26 @@
-"""``python -m eventreg_ros`` is ``eventreg``."""
+"""``eventreg``, and ``python -m eventreg_ros``: the command as a process."""
 
+from __future__ import annotations
+
+import os
+import signal
 import sys
 
-from .cli.main import main
+from . import interrupts
+
+
+def main() -> int:
+    """Run the command and return its exit code; it may be interrupted from the first import on."""
+    code = 0 if sys.argv[1:2] == ['node'] else interrupts.INTERRUPTED
+    interrupts.handle(lambda *_: os._exit(code))  # there is nothing to clean up yet
+    interrupts.unblock()
+    from .cli.main import main as command
+
+    try:
+        return command()
+    finally:
+        interrupts.handle(signal.SIG_IGN)  # the work is done; Python's own end takes its time
+
 
 if __name__ == '__main__':
     sys.exit(main())

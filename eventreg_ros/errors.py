@@ -2,6 +2,11 @@
 
 import reprlib
 
+LONGEST = 300
+"""Characters of an error, the name of the command included."""
+
+CUT = ' [...] '
+
 
 class EventregError(Exception):
     """Bad input. The message is one line and ends with the remedy; commands exit with 2."""
@@ -29,7 +34,21 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 80, 80
 
 def shown(value: object) -> str:
     """Return ``value`` as an error shows it: its repr, cut to a few entries and characters."""
-    return _SHORT.repr(value)
+    long = isinstance(value, list) and len(value) > _SHORT.maxlist
+    return _SHORT.repr(value) + (f' ({len(value)} entries)' if long else '')  # type: ignore[arg-type]
+
+
+def one_line(message: object) -> str:
+    """Return ``message`` as one printable line of at most :data:`LONGEST` characters.
+
+    A longer one loses its middle: where it was stands at the beginning, the remedy at the end.
+    """
+    words = ' '.join(str(message).split())
+    line = ''.join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
+    if len(line) <= LONGEST:
+        return line
+    end = (LONGEST - len(CUT)) * 2 // 5
+    return line[: LONGEST - len(CUT) - end] + CUT + line[-end:]
 
 
 def ros_is_missing(who: str, error: ImportError) -> str:

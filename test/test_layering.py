@@ -10,6 +10,8 @@ NAME = PACKAGE.name
 
 MAY_IMPORT = {
     'errors': '',
+    'files': '',
+    'interrupts': '',
     'models': 'errors',
     'simulation': 'models errors',
     'control': 'simulation models errors',
@@ -27,6 +29,9 @@ MAY_IMPORT = {
 }
 """What each room may import of ours beside itself, by prefix. What is not here may import all but
 nodes and cli; cli itself too, but for what starts a node."""
+
+GROUND = ('errors', 'files', 'interrupts')
+"""What everything but these three themselves stands on."""
 
 ROS = {
     'rclpy', 'rcl_interfaces', 'rosgraph_msgs', 'std_msgs', 'std_srvs', 'diagnostic_msgs',
@@ -105,6 +110,8 @@ def violations():
 def allowed(name, part, own):
     if within(own, 'cli'):
         return part == 'cli' or name == '__main__'
+    if own.partition('.')[0] in GROUND and part not in ('errors', 'interrupts'):
+        return True
     if part in MAY_IMPORT:
         return any(within(own, prefix) for prefix in (part, *MAY_IMPORT[part].split()))
     return not within(own, 'nodes') or (part == 'cli' and within(own, 'nodes.executables'))

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
+from ..files import writing
 
 if TYPE_CHECKING:
     import pandas
@@ -47,10 +48,8 @@ def write_signals(path: Path, t: Array, signals: Mapping[str, Array]) -> None:
     check_path(path)
     if clash := [name for name in signals if name in RESERVED]:
         raise EventregError(f'{path}: a signal must not be called {clash[0]!r}; rename its output')
-    try:
-        FORMATS[path.suffix](path, t, signals)
-    except OSError as error:
-        raise EventregError(f'cannot write {path}: {error.strerror}; name another file') from None
+    with writing(path) as file:
+        FORMATS[path.suffix](file, t, signals)
 
 
 def _npz(path: Path, t: Array, signals: Mapping[str, Array]) -> None:

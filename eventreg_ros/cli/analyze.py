@@ -10,8 +10,9 @@ from ..analysis.criteria import Criteria
 from ..analysis.noise import table as noise_table
 from ..analysis.recorded import analyze
 from ..analysis.verdict import EXIT_CODES, Report, table
+from ..files import need_writable
 from ..scenario.table import TIME_SCALE
-from .arguments import add_json, add_window, need_writable, write_json, write_text
+from .arguments import add_json, add_window, write_json, write_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import scenario as scenarios
 from ..analysis.criteria import SETTLE, WINDOW
 from ..errors import EventregError
+from ..files import need_writable, writing
 from ..scenario import Scenario
 from ..scenario.links import OPTIONS
 
@@ -102,15 +101,6 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def need_writable(path: Path | None) -> None:
-    """Raise EventregError when ``path`` cannot be written, before the work is done."""
-    if path is None:
-        return
-    place = path if path.exists() else path.parent
-    if path.is_dir() or not (path.parent.is_dir() and os.access(place, os.W_OK)):
-        raise EventregError(f'cannot write {path}; name another file, in a directory that is there')
-
-
 def write_json(path: Path | None, data: Mapping[str, Any]) -> None:
     """Write ``data`` to ``path`` unless it is None. Raises EventregError when it cannot."""
     if path is not None:
@@ -119,17 +109,8 @@ def write_json(path: Path | None, data: Mapping[str, Any]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write ``text`` to ``path``. Raises EventregError when it cannot."""
-    with writing(path):
-        path.write_text(text, encoding='utf-8')
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Raise EventregError where what is done in it cannot write ``path``."""
-    try:
-        yield
-    except OSError as error:
-        raise EventregError(f'cannot write {path}: {error.strerror}; name another file') from None
+    with writing(path) as file:
+        file.write_text(text, encoding='utf-8')
 
 
 def check_plot(path: Path | None) -> None:

@@ -11,15 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import EventregError
-from .arguments import (
-    add_json,
-    add_window,
-    check_plot,
-    need_writable,
-    write_json,
-    write_text,
-    writing,
-)
+from ..files import need_writable, writing
+from .arguments import add_json, add_window, check_plot, write_json, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -90,5 +83,5 @@ def _draw(path: Path, runs: Sequence[Shown]) -> None:
     from ..plots.style import save
 
     picture = draw_comparison(runs)
-    with writing(path):
-        save(picture, path)
+    with writing(path) as file:
+        save(picture, file)

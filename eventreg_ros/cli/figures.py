@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import EventregError
+from ..files import reason_of, writing
 from .arguments import write_text
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def make_directory(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise EventregError(
-            f'cannot make the directory {path}: {error.strerror}; name another with --out'
+            f'cannot make the directory {path}: {reason_of(error)}; name another with --out'
         ) from None
 
 
@@ -80,12 +81,8 @@ def write(drawable: Drawable, stem: Path, formats: tuple[str, ...], data: bool) 
     )  # fmt: skip
     files = [stem.with_suffix(f'.{kind}') for kind in formats]
     for file in files:
-        try:
-            save(picture, file)
-        except OSError as error:
-            raise EventregError(
-                f'cannot write {file}: {error.strerror}; name another directory with --out'
-            ) from None
+        with writing(file) as beside:
+            save(picture, beside)
     if data:
         files.append(stem.with_suffix('.csv'))
         write_signals(files[-1], d.t, d.columns)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
 from .. import __version__
-from ..errors import EventregError
 from .epilogs import EPILOGS
+from .process import fail, guarded
 
 VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
@@ -37,12 +36,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with 2."""
         sys.exit(fail(f'{message}; see {self.prog} --help'))
-
-
-def fail(message: object) -> int:
-    """Print ``message`` as one line on standard error and return the exit code of bad input."""
-    print('eventreg: ' + ' '.join(str(message).split()), file=sys.stderr)
-    return 2
 
 
 def build_parser(verb: str | None) -> Parser:
@@ -80,21 +73,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not argv:
         build_parser(None).print_help()
         return 2
-    if verb is not None and verb not in VERBS:
-        from ..scenario.hint import hint
 
-        return fail(f'no command {verb!r}{hint(verb, VERBS)}')
-    args = build_parser(verb).parse_args(argv)
-    try:
-        code = int(module(args.verb).main(args))
-        sys.stdout.flush()
-        return code
-    except EventregError as error:
-        return fail(error)
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except OSError as error:
-        return fail(error)
+    def work() -> int:
+        if verb is not None and verb not in VERBS:
+            from ..scenario.hint import hint
+
+            return fail(f'no command {verb!r}{hint(verb, VERBS)}')
+        args = build_parser(verb).parse_args(argv)
+        return int(module(args.verb).main(args))
+
+    return guarded(work, interruptible=verb != 'node')

@@ -23,17 +23,16 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..files import need_writable, writing
 from .arguments import (
     add_json,
     add_scenario,
     add_window,
     check_plot,
     load_scenario,
-    need_writable,
     positive,
     whole,
     write_json,
-    writing,
 )
 from .progress import Line
 
@@ -108,5 +107,5 @@ def draw(path: Path, found: Map, scenario: Scenario, setting: Setting) -> None:
         f'{setting.seeds} seeds, {setting.duration:g} model time units'
     )
     picture = draw_map(found.delays, found.losses, found.rejected, title, scenario.time_scale)
-    with writing(path):
-        save(picture, path)
+    with writing(path) as file:
+        save(picture, file)

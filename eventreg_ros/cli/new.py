@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 
 from ..errors import EventregError
-from ..scenario.files import find
-from .arguments import need_writable, write_text
+from ..files import need_writable
+from ..scenario.files import find, text_of
+from .arguments import write_text
 
 HEAD = """\
 # A scenario: an ordinary ROS parameter file. It starts exactly the nodes that it names.
@@ -38,7 +39,7 @@ def main(args: argparse.Namespace) -> int:
     if file.exists():
         raise EventregError(f'{file} exists already; remove it or name another file')
     need_writable(file)
-    text = find(args.source).read_text(encoding='utf-8')
+    text = text_of(find(args.source))
     write_text(file, HEAD.format(file=file) + '#\n' + text)
     print(f'wrote {file}, from {args.source}; now: eventreg simulate {file}')
     return 0

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..analysis.verdict import EXIT_CODES, table
+from ..files import need_writable
 from ..scenario.interventions import read_all
 from ..session.live import DURATION, LiveRun, bag_of, check, run
 from . import live_timing
@@ -16,11 +17,10 @@ from .arguments import (
     add_scenario,
     add_window,
     load_scenario,
-    need_writable,
     positive,
     write_json,
 )
-from .main import fail
+from .process import fail
 from .progress import Terminal
 
 BROKEN = 4

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import EventregError
+from ..files import need_writable
 from .arguments import (
     add_at,
     add_json,
     add_scenario,
     add_window,
     load_scenario,
-    need_writable,
     nonnegative,
     positive,
     whole,

@@ -12,7 +12,6 @@ from ..analysis.verdict import judge
 from ..errors import EventregError
 from ..scenario import Scenario
 from ..simulation.impairment import PERFECT, Impairment
-from ..simulation.model_time import count_steps
 from ..simulation.sampled import SampledLoop
 from ..simulation.trajectory import Array
 
@@ -57,7 +56,7 @@ class Evaluator:
         listened = {signal for _, signal in self._loop.links}
         self.linked = [signal for signal in self._loop.signals if signal in listened]
         """The signals that some block listens to."""
-        count_steps(setting.duration, self.h)
+        self._loop.steps(setting.duration)
 
     def verdict(self, impairment: Impairment = PERFECT) -> str:
         """Return the verdict on one run; when its state leaves all bounds, ``not rejected``."""

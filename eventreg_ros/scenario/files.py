@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from ..errors import ScenarioError
+from ..files import UnreadableError, read_text
 
 
 def config_directory() -> Path:
@@ -37,7 +39,7 @@ def find(scenario: str) -> Path:
     """Return the file of a scenario given by name or path. Raises ScenarioError."""
     path = Path(scenario)
     if path.suffix in ('.yaml', '.yml') or '/' in scenario:
-        if path.is_file():
+        if os.path.lexists(path):
             return path
         raise ScenarioError(f'scenario file {scenario!r} does not exist; check the path')
     if scenario not in shipped():
@@ -46,3 +48,11 @@ def find(scenario: str) -> Path:
             f'or give the path of a .yaml file'
         )
     return config_directory() / f'{scenario}.yaml'
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a scenario's file. Raises ScenarioError."""
+    try:
+        return read_text(path)
+    except UnreadableError as error:
+        raise ScenarioError(f'scenario {path} must be a readable text file: {error}') from None

@@ -5,9 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+LONG = 80
+"""Characters of a name that are looked at."""
+
 
 def hint(name: str, known: Iterable[str]) -> str:
     """Return the remedy for a name that is not among ``known``: the nearest, or all of them."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, 1)
+    close = difflib.get_close_matches(name[:LONG], known, 1)
     return f'; did you mean {close[0]!r}?' if close else f'; it has {", ".join(sorted(known))}'

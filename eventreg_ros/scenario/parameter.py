@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import ParameterError
+from ..errors import ParameterError, shown
 
 UNCONFIGURED, INACTIVE, ACTIVE = 'unconfigured', 'inactive', 'active'
 
@@ -20,7 +20,8 @@ class Parameter:
 
     ``type`` is one of bool, int, double, string, double[], string[]. ``low`` is the least value
     allowed, or the bound that it must exceed when ``open_low``; ``settable`` says until which state
-    of the node it may be set: :data:`UNCONFIGURED`, :data:`INACTIVE` or :data:`ACTIVE`.
+    of the node it may be set: :data:`UNCONFIGURED`, :data:`INACTIVE` or :data:`ACTIVE`. A list has
+    ``length`` entries, or at most ``most``.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Parameter:
     high: float | None = None
     choices: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
     length: int | None = None
+    most: int = 10_000
     settable: str = INACTIVE
 
     @property
@@ -49,6 +51,8 @@ class Parameter:
             'double[]': 'a list of finite numbers',
             'string[]': 'a list of strings',
         }[self.type]
+        if self.type.endswith('[]') and self.length is None:
+            words = words.replace('of', f'of at most {self.most}')
         if self.choices:
             words = 'one of ' + ', '.join(self._allowed)
         if self.low is not None:
@@ -73,11 +77,13 @@ class Parameter:
         meant = value if isinstance(value, list) else [value]
         words = self.type.startswith('string') and any(isinstance(word, bool) for word in meant)
         quote = "; quote words that YAML takes for true or false, like 'y'" if words else ''
-        raise ParameterError(f'{where}.{self.name} must be {self.rule}, got {value!r}{quote}')
+        raise ParameterError(f'{where}.{self.name} must be {self.rule}, got {shown(value)}{quote}')
 
     def _allows(self, value: Value) -> bool:
         if self.choices:
             return value in self._allowed
+        if isinstance(value, list) and len(value) > self.most:
+            return False
         if self.length is not None and len(value) != self.length:  # type: ignore[arg-type]
             return False
         if isinstance(value, bool | str | list):

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..control.adaptive import GAIN, learning_parameters
-from ..errors import ModelError, ParameterError
+from ..errors import ModelError, ParameterError, shown
 from ..models.catalogue import default_x0, model_names, model_of
 from ..models.model import Model, ModelParameter
 from ..models.neuron import OSCILLATOR
@@ -200,7 +200,7 @@ def _settle_x0(node: str, values: dict[str, Any], given: bool) -> None:
     if len(values['x0']) != model.dimension:
         raise ParameterError(
             f'{node}.x0 must have {model.dimension} numbers for model {values["model"]}, '
-            f'got {values["x0"]!r}'
+            f'got {shown(values["x0"])}'
         )
 
 
@@ -211,7 +211,7 @@ def _check_signals(node: str, values: Mapping[str, Any]) -> None:
             if not _TOPIC.fullmatch(signal):
                 raise ParameterError(
                     f'{node}.{name} must name relative topics (letters, digits, _ and /), '
-                    f'got {signal!r}'
+                    f'got {shown(signal)}'
                 )
     groups = (('excitatory', 'inhibitory', 'output'), ('input', 'output'), ('signals',))
     for group in groups:
@@ -223,5 +223,5 @@ def _check_signals(node: str, values: Mapping[str, Any]) -> None:
         if len(set(together)) < len(together):
             raise ParameterError(
                 f'{", ".join(f"{node}.{name}" for name in group)} must name different signals, '
-                f'got {", ".join(map(repr, together))}'
+                f'got {shown(together)}'
             )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from ..errors import ParameterError, ScenarioError, shown
 from . import ros_yaml
-from .files import find
+from .files import find, text_of
 from .hint import hint
 from .names import KINDS, kind_of
 from .parameters import all_parameters, has, is_foreign, is_ros_parameter
@@ -25,11 +25,7 @@ def load(scenario: str, overrides: Iterable[str] = (), implicit: Collection[str]
     says what is wrong and how to fix it.
     """
     path = find(scenario)
-    try:
-        text = path.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f'scenario {path} must be a readable text file: {error}') from None
-    return parse(text, path.stem, overrides, implicit)
+    return parse(text_of(path), path.stem, overrides, implicit)
 
 
 def parse(
@@ -208,7 +204,7 @@ class Override(NamedTuple):
         """Read the text behind a -p. Raises ParameterError."""
         match = re.fullmatch(r'(/\*\*|[^.:\s]+)\.([^:\s]+):=(.*)', text, re.DOTALL)
         if not match:
-            raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {text!r}')
+            raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {shown(text)}')
         node, parameter, value = match.groups()
         node = node if node == EVERYONE else node.strip('/')
         return cls(text, node, parameter, ros_yaml.load(value, f'-p {text}'))

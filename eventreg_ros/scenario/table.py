@@ -68,10 +68,13 @@ TIME_SCALE = Parameter(
     'double',
     10.0,
     'model time units per second',
-    low=0.0,
-    open_low=True,
+    low=1e-9,
+    high=1e9,
     settable=ACTIVE,
 )
+
+NAMES = 256
+"""Entries of a list of signals or nodes, at most."""
 
 ROUTE = (
     Parameter(
@@ -118,10 +121,20 @@ MODEL = (
 
 WIRES = (
     Parameter(
-        'excitatory', 'string[]', [], 'input signals that enter with sign +1', settable=UNCONFIGURED
+        'excitatory',
+        'string[]',
+        [],
+        'input signals that enter with sign +1',
+        most=NAMES,
+        settable=UNCONFIGURED,
     ),
     Parameter(
-        'inhibitory', 'string[]', [], 'input signals that enter with sign -1', settable=UNCONFIGURED
+        'inhibitory',
+        'string[]',
+        [],
+        'input signals that enter with sign -1',
+        most=NAMES,
+        settable=UNCONFIGURED,
     ),
     Parameter('output', 'string', '', 'the signal that the block publishes', settable=UNCONFIGURED),
 )
@@ -178,7 +191,12 @@ PACE = (
 """When a block steps, and what it reports of it."""
 
 _SIGNALS = Parameter(
-    'signals', 'string[]', list(SIGNALS), 'the signals to watch', settable=UNCONFIGURED
+    'signals',
+    'string[]',
+    list(SIGNALS),
+    'the signals to watch',
+    most=NAMES,
+    settable=UNCONFIGURED,
 )
 
 OTHERS: dict[str, tuple[Parameter, ...]] = {
@@ -188,10 +206,15 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
             'amplitude', 'double', 1.0, 'height of the waveform above offset', settable=ACTIVE
         ),
         Parameter('offset', 'double', 0.0, 'added to the waveform', settable=ACTIVE),
+        Parameter('period', 'double', 50.0, 'of sine and square, model time', low=1e-9, high=1e9),
         Parameter(
-            'period', 'double', 50.0, 'of sine and square, model time', low=0.0, open_low=True
+            'phase',
+            'double',
+            0.0,
+            'model time at which sine and square begin a period',
+            low=-1e9,
+            high=1e9,
         ),
-        Parameter('phase', 'double', 0.0, 'model time at which sine and square begin a period'),
         Parameter('onsets', 'double[]', [], 'model times at which the pulses begin'),
         Parameter(
             'width',
@@ -271,6 +294,7 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
             'string[]',
             [],
             'the nodes that the clock waits for; none: it only publishes /clock',
+            most=NAMES,
             settable=UNCONFIGURED,
         ),
         Parameter(

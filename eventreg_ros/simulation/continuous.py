@@ -43,10 +43,12 @@ def simulate(
     that step, close an algebraic loop, their state stops being finite, or they are too stiff.
     """
     scale, rate = (h, 1.0) if h is not None else loop.grid
-    t = model_times(count_steps(duration, scale / rate), scale, rate)
+    states = sum(len(spec.x0) for spec in loop.blocks.values())
+    kept = 2 * states + 2 * len(loop.signals)
+    t = model_times(count_steps(duration, scale / rate, kept), scale, rate)
     found = {signal: np.zeros(len(t)) for signal in loop.signals}
     blocks = {name: Condition(spec, spec.x0) for name, spec in loop.blocks.items()}
-    stimuli, budget = dict(loop.stimuli), Budget()
+    stimuli, budget = dict(loop.stimuli), Budget(FIRST, EACH)
     times = sorted({0.0, *(turn.at for turn in turns if turn.at < duration)})
     for start, end in pairwise([*times, duration]):
         for turn in (turn for turn in turns if turn.at == start):
@@ -129,20 +131,25 @@ class _Integration:
         return rhs
 
 
+class StiffError(EventregError, ArithmeticError):
+    """An integration takes more evaluations than it may."""
+
+
 class Budget:
     """Counts evaluations; an integration that gets nowhere is given up after seconds, not years.
 
     An explicit method takes steps of a few times the fastest time constant, whatever the accuracy.
+    It may take ``first`` evaluations, and ``each`` more per unit of model time.
     """
 
-    def __init__(self) -> None:
-        self._spent = 0
+    def __init__(self, first: int, each: int) -> None:
+        self._first, self._each, self._spent = first, each, 0
 
     def spend(self, t: float) -> None:
-        """Count one evaluation, at model time ``t``. Raises EventregError if it is one too many."""
+        """Count one evaluation, at model time ``t``. Raises StiffError if it is one too many."""
         self._spent += 1
-        if self._spent > FIRST + EACH * t:
-            raise EventregError(
+        if self._spent > self._first + self._each * t:
+            raise StiffError(
                 f'the equations are too stiff: {self._spent} evaluations reached t = {t:.3g} '
                 f'(model time); take gentler parameters (a smaller k, say)'
             )

@@ -17,6 +17,9 @@ Parts = tuple[Part, ...]
 PAYS = 1_000_000
 """Block-steps in plain Python (3 us each) that take about as long as compiling does (3 s)."""
 
+MOST = 32
+"""Blocks, or inputs of a block, up to which numba compiles within seconds."""
+
 _INNER: dict[str, Any] = {
     'error_model': 'numpy',
     'forceinline': True,
@@ -75,10 +78,15 @@ def choose(parts: Parts, steps: int, compiled: bool | None) -> tuple[Kernel, boo
     """
     if compiled is None:
         walked = _walked[parts] + steps * len(parts)
-        compiled = parts in _compiled or (walked > PAYS and _njit() is not None)
+        compiled = parts in _compiled or (walked > PAYS and _fits(parts) and _njit() is not None)
         if not compiled:
             _walked[parts] = walked
     return (_compile(parts), True) if compiled else (_plain(parts), False)
+
+
+def _fits(parts: Parts) -> bool:
+    """Say whether numba is up to a loop of this size; it unrolls all of it."""
+    return len(parts) <= MOST and all(len(part.sources) <= MOST for part in parts)
 
 
 def compiles() -> bool:

@@ -18,6 +18,9 @@ from .step import Compile, plain
 NOBODY = -1
 """The source of an input that nobody publishes."""
 
+FLAT = 8
+"""Blocks, or inputs of a block, that are taken one by one."""
+
 
 class Part(NamedTuple):
     """What a kernel is built for, one per block; what it is run with is a :class:`Tuning`.
@@ -90,7 +93,13 @@ def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
 
 
 def nest(entries: Sequence[Any]) -> Any:
-    """Return ``entries`` as the kernel takes them, whatever their types: (a, (b, (c, ())))."""
+    """Return ``entries`` as the kernel takes them, whatever their types: (a, (b, (c, ()))).
+
+    More than :data:`FLAT` are halved first, so that no number of them nests too deep.
+    """
+    if len(entries) > FLAT:
+        middle = len(entries) // 2
+        return nest(entries[:middle]), nest(entries[middle:])
     return (entries[0], nest(entries[1:])) if entries else ()
 
 
@@ -128,6 +137,17 @@ def _make_receive(source: int, link: int, compile: Compile) -> Any:
 
 def _make_lines(receives: Sequence[Any], compile: Compile) -> Any:
     """Return one function that gives the lines of all inputs of a block: (bases, slopes)."""
+    if len(receives) > FLAT:
+        middle = len(receives) // 2
+        left = _make_lines(receives[:middle], compile)
+        right = _make_lines(receives[middle:], compile)
+
+        def halves(n: int, horizon: float, tables: Tables) -> Any:
+            bases, slopes = left(n, horizon, tables)
+            more_bases, more_slopes = right(n, horizon, tables)
+            return (*bases, *more_bases), (*slopes, *more_slopes)
+
+        return compile(halves)
     head = receives[0]
     if len(receives) == 1:
 
@@ -181,7 +201,12 @@ def _make_chain(advances: Sequence[Any], compile: Compile) -> Any:
             return states
 
         return compile(nobody)
-    head, tail = advances[0], _make_chain(advances[1:], compile)
+    if len(advances) > FLAT:
+        middle = len(advances) // 2
+        head = _make_chain(advances[:middle], compile)
+        tail = _make_chain(advances[middle:], compile)
+    else:
+        head, tail = advances[0], _make_chain(advances[1:], compile)
 
     def chain(n: int, states: Any, tunings: Any, tables: Tables) -> Any:
         return (

@@ -7,21 +7,28 @@ import numpy as np
 from ..errors import EventregError
 from .trajectory import Array
 
-MAX_STEPS = 20_000_000
-"""More samples per signal than this are refused rather than running out of memory."""
+MAX_STEPS = 5_000_000
+"""More steps than this are refused rather than running out of memory."""
+
+MAX_NUMBERS = 120_000_000
+"""So are more steps times numbers per step: a run stays below 2 GB."""
 
 
-def count_steps(duration: float, h: float) -> int:
+def count_steps(duration: float, h: float, numbers: int = 1) -> int:
     """Return how many whole steps of ``h`` fit into ``duration``, both in model time.
 
-    Raises EventregError when ``duration`` is negative or asks for more than MAX_STEPS.
+    ``numbers`` are what has to be kept of each step. Raises EventregError when ``duration`` is
+    negative, or asks for more than :data:`MAX_STEPS` or :data:`MAX_NUMBERS`.
     """
     if not duration >= 0.0:
         raise EventregError(f'duration must be >= 0, got {duration!r}')
-    if not duration / h <= MAX_STEPS:
+    if not h > 0.0:
+        raise EventregError(f'the step must be > 0, got {h!r}; take another time_scale / rate')
+    most = min(MAX_STEPS, MAX_NUMBERS // max(numbers, 1))
+    if not duration / h <= most:
         raise EventregError(
-            f'duration {duration:g} at h = {h:g} is more than {MAX_STEPS} steps; '
-            f'take a shorter duration or a larger time_scale / rate'
+            f'duration {duration:g} at h = {h:g} is more than {most} steps, the most for this '
+            f'scenario; take a shorter duration or a larger time_scale / rate'
         )
     return int(duration / h + 1e-9)
 

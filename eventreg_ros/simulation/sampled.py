@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import EventregError
 from ..models import State
@@ -71,6 +74,10 @@ class SampledLoop:
             for each in blocks
         )
 
+    def steps(self, duration: float) -> int:
+        """Return the number of steps of a run. Raises EventregError for a bad ``duration``."""
+        return count_steps(duration, self.h, len(self.signals) + 2 * len(self.links))
+
     def run(
         self,
         duration: float,
@@ -87,7 +94,7 @@ class SampledLoop:
         numba compiles the loop (None: where that pays); same bits. Raises EventregError for a bad
         duration, or when a state stops being finite.
         """
-        steps = count_steps(duration, self.h)
+        steps = self.steps(duration)
         have = received([signal for _, signal in self.links], steps, self.h, impairment)
         t = model_times(steps, self._time_scale, self._rate)
         table, blocks = self._samples(t), list(self._start)
@@ -111,7 +118,7 @@ class SampledLoop:
         first, last = stretch
         kernel, arrays = choose(self._parts(blocks), last - first, compiled)
         flat = [each.ravel() for each in (table, have.newest, have.previous)]
-        samples, newest, previous = flat if arrays else (each.tolist() for each in flat)
+        samples, newest, previous = flat if arrays else map(_plain, flat)
         tables = Tables(samples, newest, previous, table.shape[1] - 1, self.h, first, last)
         states = nest([each.x for each in blocks])
         numbers = iter(flatten(kernel(states, nest([_tuning(e.spec) for e in blocks]), tables)))
@@ -178,6 +185,11 @@ class Waveform:
 
 def _floats(x: State) -> State:
     return tuple(map(float, x))
+
+
+def _plain(table: npt.NDArray[Any]) -> array[Any]:
+    """Return a table as plain Python reads it best: its numbers are Python's own."""
+    return array('d' if table.dtype == np.float64 else 'q', table.tobytes())
 
 
 def _tuning(spec: BlockSpec) -> Tuning:

@@ -9,9 +9,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import ParameterError
+from ..errors import EventregError, ParameterError, shown
+from ..files import UnreadableError, read_text
 
 WAVEFORMS = ('constant', 'sine', 'square', 'pulses', 'csv')
+
+MAX_BREAKS = 10_000
+"""Jumps within one continuous integration; each costs it a millisecond."""
+
+MAX_BYTES = 1 << 24
+"""Of a csv file; half a million points."""
 
 
 @dataclass(frozen=True)
@@ -78,19 +85,32 @@ class Stimulus:
     def breaks(self, end: float) -> list[float]:
         """Return the model times in (0, ``end``) at which v or its slope jumps, in order.
 
-        An integrator must not step across them.
+        An integrator must not step across them. Raises EventregError when there are more than
+        :data:`MAX_BREAKS`.
         """
         times: set[float] = set()
         if self.waveform == 'pulses':
             times = {t for onset in self.onsets for t in (onset, onset + self.width)}
         elif self.waveform == 'square':
+            _need_few(2.0 * end / self.period, end)
             first = math.floor(-self.phase / self.period)
             for i in range(first, math.ceil((end - self.phase) / self.period) + 1):
                 start = self.phase + i * self.period
                 times |= {start, start + self.width}
         elif self.waveform == 'csv':
             times = {t for t, _ in self.points}
-        return sorted(t for t in times if 0.0 < t < end)
+        found = sorted(t for t in times if 0.0 < t < end)
+        _need_few(len(found), end)
+        return found
+
+
+def _need_few(breaks: float, end: float) -> None:
+    if breaks > MAX_BREAKS:
+        raise EventregError(
+            f'the stimulus jumps {breaks:.4g} times within {end:g} (model time), and a continuous '
+            f'integration stops at each of at most {MAX_BREAKS}; take a longer period, fewer '
+            'points or a shorter duration, or simulate --sampled'
+        )
 
 
 def read_points(path: str) -> tuple[tuple[float, float], ...]:
@@ -100,18 +120,19 @@ def read_points(path: str) -> tuple[tuple[float, float], ...]:
     """
     points: list[tuple[float, float]] = []
     try:
-        with open(path, newline='', encoding='utf-8-sig') as file:
-            for number, row in enumerate(csv.reader(file), 1):
-                if not row or (number == 1 and row[0].strip() == 't'):
-                    continue
-                points.append(_point(path, number, row, points))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
+        lines = read_text(path, MAX_BYTES).splitlines()
+        for number, row in enumerate(csv.reader(lines), 1):
+            if not row or (number == 1 and row[0].strip() == 't'):
+                continue
+            points.append(_point(path, number, row, points))
+    except (UnreadableError, csv.Error) as error:
         raise ParameterError(
-            f'stimulus.file must be a readable csv file, got {path!r}: {reason}'
+            f'stimulus.file must be a readable csv file, got {shown(path)}: {error}'
         ) from None
     if not points:
-        raise ParameterError(f'stimulus.file must hold at least one line t,v; {path!r} holds none')
+        raise ParameterError(
+            f'stimulus.file must hold at least one line t,v; {shown(path)} holds none'
+        )
     return tuple(points)
 
 
@@ -124,7 +145,7 @@ def _point(
         t = v = math.nan
     if not (math.isfinite(t) and math.isfinite(v)) or (before and t <= before[-1][0]):
         raise ParameterError(
-            f'stimulus.file {path!r}, line {number}: must be two finite numbers t,v with t '
-            f'increasing, got {",".join(row)!r}'
+            f'stimulus.file {shown(path)}, line {number}: must be two finite numbers t,v with t '
+            f'increasing, got {shown(",".join(row))}'
         )
     return t, v

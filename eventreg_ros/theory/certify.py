@@ -6,7 +6,7 @@ import numpy as np
 
 from ..models.linear import HARMONIC, INTERNAL_MODEL, LAG
 from ..models.neuron import NEURON
-from ..simulation.continuous import simulate
+from ..simulation.continuous import StiffError, simulate
 from ..simulation.loop import Loop
 from .bank import bank
 from .certificates import (
@@ -109,7 +109,7 @@ def _exponent(claim: str, inputs: str, loop: Loop, time: float) -> Certificate:
         found = conditional_exponent(loop, time)
     except UnboundedError as error:
         return Certificate(subject, claim, 'fail', None, EXPONENT, f'Not measured: {error}.')
-    except NoJacobianError as error:
+    except (NoJacobianError, StiffError) as error:
         return Certificate(subject, claim, 'none', None, EXPONENT, f'Not measured: {error}.')
     status: Status = {-1: 'pass', 0: 'none', 1: 'fail'}[found.sign]  # type: ignore[assignment]
     number = (

@@ -20,6 +20,7 @@ from operator import mul
 import numpy as np
 
 from ..errors import EventregError
+from ..simulation.continuous import Budget
 from ..simulation.loop import Loop
 from ..simulation.trajectory import Array
 from .tangent import Tangent
@@ -34,6 +35,10 @@ SHORTEST = 1e-3
 FAINT = 1e-6  # a dx of less length after a segment has it halved, down to SHORTEST
 BOUND = 1e9  # a state beyond it counts as unbounded
 RTOL, ATOL = 1e-8, 1e-10
+LONGEST = 1e5
+FIRST, EACH = 50_000, 500
+"""Evaluations after which it is given up: so many, and so many more per unit of model time; the
+shipped scenarios take 60 per unit."""
 
 Flow = Callable[[float, list[float], list[float]], list[float]]
 """``flow(t, x, dx)`` returns x' followed by dx' = J(t, x) dx, as one list."""
@@ -73,8 +78,9 @@ def conditional_exponent(
     """Return the largest exponent of the blocks whose role is ``perturbed``, driven by the others.
 
     ``time`` is the model time averaged over, after a transient of 200. Leave the exosystem out of
-    the loop for w = 0. Raises :class:`UnboundedError` when the solution leaves every bound, and
-    EventregError when no block is perturbed or a model has no Jacobian.
+    the loop for w = 0. Raises :class:`UnboundedError` when the solution leaves every bound,
+    :class:`.StiffError` when it takes too many evaluations, and EventregError when ``time`` is more
+    than :data:`LONGEST`, no block is perturbed or a model has no Jacobian.
     """
     if not loop.of_role(*perturbed):
         raise EventregError(f'nothing to perturb: name at least one of {", ".join(perturbed)}')
@@ -84,9 +90,13 @@ def conditional_exponent(
                 f'model {spec.model.name!r} of {name} has no Jacobian, so that no exponent can be '
                 'measured; give the model one'
             )
+    if not time <= LONGEST:
+        raise EventregError(f'the time must be at most {LONGEST:g} of model time, got {time:g}')
     tangent, stimuli = Tangent(loop), list(loop.stimuli.values())
+    budget = Budget(FIRST, EACH)
 
     def flow(t: float, x: list[float], dx: list[float]) -> list[float]:
+        budget.spend(t)
         return tangent.flow([stimulus(t) for stimulus in stimuli], x, dx)
 
     dx = [float(spec.role in perturbed) for spec in loop.blocks.values() for _ in spec.x0]

@@ -1,5 +1,6 @@
 """The command itself: verbs, one-line errors, exit codes, what it imports."""
 
+import json
 import os
 import signal
 import subprocess
@@ -80,6 +81,8 @@ class Verb:
         (EventregError('bad\ninput'), 2, 'eventreg: bad input\n'),
         (PermissionError(13, 'Permission denied', 'f'), 2, "Permission denied: 'f'"),
         (KeyboardInterrupt(), 130, ''),
+        (BrokenPipeError(), 141, ''),
+        (MemoryError(), 2, 'eventreg: out of memory; take a shorter duration'),
     ],
 )
 def test_how_a_verb_ends_is_how_the_command_ends(capsys, monkeypatch, end, code, words):
@@ -90,15 +93,36 @@ def test_how_a_verb_ends_is_how_the_command_ends(capsys, monkeypatch, end, code,
     assert error.count('\n') == bool(words)
 
 
-def test_a_bug_is_not_hidden(monkeypatch):
-    monkeypatch.setattr(command, 'module', lambda name: Verb(RuntimeError('bug')))
-    with pytest.raises(RuntimeError, match='bug'):
-        main(['analyze'])
+@pytest.mark.parametrize('bug', [RuntimeError('bug'), RecursionError('bug'), ValueError('bug')])
+def test_a_bug_has_an_exit_code_that_is_no_verdict(monkeypatch, capsys, bug):
+    monkeypatch.setattr(command, 'module', lambda name: Verb(bug))
+    monkeypatch.delenv('EVENTREG_DEBUG', raising=False)
+    assert main(['analyze']) == 70
+    line = capsys.readouterr().err
+    assert line.count('\n') == 1
+    assert f'fault of its own, please report it: {type(bug).__name__}: bug' in line
+    monkeypatch.setenv('EVENTREG_DEBUG', '1')
+    assert main(['analyze']) == 70
+    assert 'Traceback (most recent call last)' in capsys.readouterr().err
 
 
 def test_only_the_verb_that_is_run_is_imported():
     build_parser(None)
     assert build_parser('analyze').parse_args(['analyze', 'bag']).verb == 'analyze'
+
+
+def test_a_long_error_loses_its_middle_and_keeps_place_and_remedy(capsys):
+    fail(f'bag here/{"x" * 100_000}: fix it')
+    line = capsys.readouterr().err
+    assert len(line) == 301
+    assert line.startswith('eventreg: bag here/xxx')
+    assert line.endswith('xxx: fix it\n')
+    assert ' [...] ' in line
+
+
+def test_an_error_prints_nothing_that_a_terminal_obeys(capsys):
+    fail('no file \x1b[2Jgone\x07 \u202e')
+    assert capsys.readouterr().err == 'eventreg: no file \\x1b[2Jgone\\x07 \\u202e\n'
 
 
 # As a process -------------------------------------------------------------------------------------
@@ -130,3 +154,70 @@ def test_a_reader_that_goes_away_is_no_error(make_bag):
     os.close(write)
     assert result.stderr == b''
     assert result.returncode == 128 + signal.SIGPIPE
+
+
+@pytest.mark.parametrize('closed', ['>&-', '2>&-', '<&- >&- 2>&-'])
+def test_a_closed_stream_changes_nothing(tmp_path, closed):
+    """What is written must not land in a file that got the number of the stream."""
+    out = tmp_path / 'x.json'
+    arguments = ['simulate', 'exact', '--duration', '5', '--json', out]
+    command = ' '.join(map(str, [sys.executable, '-m', 'eventreg_ros', *arguments, closed]))
+    result = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert result.returncode == 3  # undecided: it is short
+    assert result.stderr == ''
+    assert json.loads(out.read_text())['verdict'] == 'undecided'
+
+
+@pytest.mark.skipif(not os.path.exists('/dev/full'), reason='no /dev/full')
+def test_a_full_disk_under_the_output_is_one_line():
+    with open('/dev/full', 'w') as full:
+        result = subprocess.run(
+            [sys.executable, '-m', 'eventreg_ros', 'simulate', 'exact', '--duration', '5'],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert (result.returncode, result.stderr.count('\n')) == (2, 1)
+    assert 'No space left on device' in result.stderr
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_two_signals_end_a_command_with_130_and_without_a_word(spawn, number):
+    code = (
+        'import sys, time, eventreg_ros.__main__ as start\n'
+        'from eventreg_ros.cli import main\n'
+        'class Verb:\n'
+        '  def add_arguments(parser): pass\n'
+        '  def main(args):\n'
+        '    try:\n'
+        '      print("at it", flush=True); time.sleep(60)\n'
+        '    finally:\n'
+        '      print("cleaning", flush=True); time.sleep(0.3); print("done", flush=True)\n'
+        'main.module = lambda name: Verb\n'
+        'sys.argv = ["eventreg", "analyze"]\n'
+        'sys.exit(start.main())\n'
+    )
+    process = spawn('-c', code)
+    assert process.stdout.readline() == 'at it\n'
+    process.send_signal(number)
+    assert process.stdout.readline() == 'cleaning\n'
+    process.send_signal(number)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (130, 'done\n', '')
+
+
+@pytest.mark.parametrize(('verb', 'code'), [('analyze', 130), ('node', 0)])
+def test_a_signal_while_it_imports_ends_it_quietly(spawn, verb, code):
+    program = (
+        'import sys, time\n'
+        'class Slow:\n'
+        '  def find_spec(self, name, path=None, target=None):\n'
+        '    if name == "eventreg_ros.cli.main": print("import", flush=True); time.sleep(60)\n'
+        'import eventreg_ros.__main__ as start\n'
+        'sys.meta_path.insert(0, Slow())\n'
+        f'sys.argv = ["eventreg", "{verb}", "plant"]\n'
+        'sys.exit(start.main())\n'
+    )
+    process = spawn('-c', program)
+    assert process.stdout.readline() == 'import\n'
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (code, '', '')

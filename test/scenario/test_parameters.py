@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from eventreg_ros.errors import EventregError, ParameterError
+from eventreg_ros.errors import EventregError, ParameterError, shown
 from eventreg_ros.scenario.names import KINDS
 from eventreg_ros.scenario.parameter import Parameter
 from eventreg_ros.scenario.parameters import is_ros_parameter, parameters_of, resolve
@@ -114,7 +114,7 @@ def test_every_parameter_refuses_wrong_types_in_one_line(node, parameter):
     for value in WRONG[parameter.type]:
         message = refused(parameter, value, node)
         assert message.startswith(f'{node}.{parameter.name} must be {parameter.rule}, got ')
-        assert repr(value) in message
+        assert shown(value) in message
 
 
 @pytest.mark.parametrize(('node', 'parameter'), EVERY, ids=IDS)
@@ -177,7 +177,7 @@ def test_length():
         (Parameter('a', 'string', 'b', '', choices=('b', 'c')), 'one of b, c'),
         (Parameter('a', 'bool', True, ''), 'true or false'),
         (Parameter('a', 'double[]', [], '', length=2), 'a list of finite numbers of length 2'),
-        (Parameter('a', 'string[]', [], ''), 'a list of strings'),
+        (Parameter('a', 'string[]', [], '', most=9), 'a list of at most 9 strings'),
     ],
 )
 def test_rules_in_words(parameter, rule):

@@ -186,7 +186,8 @@ def test_by_name_by_path_and_not_at_all(tmp_path, monkeypatch):
         'exakt': "no scenario 'exakt'; shipped are exact, linear, mismatch",
         'no/such': "scenario file 'no/such' does not exist; check the path",
         'none.yaml': "scenario file 'none.yaml' does not exist",
-        str(tmp_path): 'does not exist; check the path',
+        str(tmp_path): 'must be a readable text file: it is a directory; give a regular file',
+        '/dev/zero': 'it is a device; give a regular file',
         '': "no scenario ''",
     }.items():
         with pytest.raises(ScenarioError) as caught:

@@ -80,6 +80,6 @@ def test_a_bad_csv_names_the_line(tmp_path, text, where):
 
 
 def test_a_missing_csv_is_one_line():
-    with pytest.raises(ParameterError, match='No such file') as caught:
+    with pytest.raises(ParameterError, match='no such file') as caught:
         read_points('/nowhere/v.csv')
     assert '\n' not in str(caught.value)

@@ -1,0 +1,113 @@
+"""What the process of a command needs before and after its work: streams, signals, exit codes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from traceback import print_exception
+
+from .. import interrupts
+from ..errors import EventregError, one_line
+
+BAD_INPUT, CRASHED, PIPE_CLOSED = 2, 70, 141
+"""Exit codes that are no verdict: 70 is sysexits' EX_SOFTWARE, the others are the shell's."""
+
+DEBUG = 'EVENTREG_DEBUG'
+"""Environment variable that shows the traceback of a fault of our own."""
+
+
+def fail(message: object) -> int:
+    """Print ``message`` as one line on standard error and return the exit code of bad input."""
+    try:
+        print(one_line(f'eventreg: {message}'), file=sys.stderr, flush=True)
+    except OSError:  # nobody can be told
+        _drop(sys.stderr)
+    return BAD_INPUT
+
+
+def guarded(work: Callable[[], int], interruptible: bool = True) -> int:
+    """Return the exit code of ``work``; whatever it raises becomes one line and a code.
+
+    2 for bad input, 141 when nobody reads on, 70 for a fault of our own, and, unless it is not
+    ``interruptible`` but sees to signals itself, 130 after SIGINT, SIGTERM or SIGHUP.
+    """
+    _open_streams()
+    try:
+        with _interruptible() if interruptible else nullcontext():
+            try:
+                return work()
+            finally:
+                sys.stdout.flush()
+    except EventregError as error:
+        return fail(error)
+    except KeyboardInterrupt:
+        return interrupts.INTERRUPTED
+    except BrokenPipeError:
+        return PIPE_CLOSED
+    except OSError as error:
+        return fail(error)
+    except MemoryError:
+        return fail('out of memory; take a shorter duration, fewer steps or a smaller file')
+    except Exception as error:
+        return _crashed(error)
+    finally:
+        _flush_or_drop()
+
+
+def _crashed(error: Exception) -> int:
+    fail(
+        f'fault of its own, please report it: {type(error).__name__}: {error}; '
+        f'{DEBUG}=1 in the environment shows the traceback'
+    )
+    if os.environ.get(DEBUG):
+        print_exception(error)
+    return CRASHED
+
+
+def _open_streams() -> None:
+    """Open what was closed (``>&-``) on the null device: no file of ours must get its number.
+
+    What a stream's encoding does not have is printed escaped.
+    """
+    for number, name in enumerate(('stdin', 'stdout', 'stderr')):
+        stream = getattr(sys, name)
+        if stream is None:
+            while (null := os.open(os.devnull, os.O_RDWR)) < number:
+                pass
+            if null > number:
+                os.dup2(null, number)
+                os.close(null)
+            setattr(sys, name, os.fdopen(number, 'w' if number else 'r', encoding='utf-8'))
+        elif name == 'stdout' and hasattr(stream, 'reconfigure'):
+            stream.reconfigure(errors='backslashreplace')
+
+
+def _flush_or_drop() -> None:
+    """Leave nothing in the streams that Python would fail to write at its end."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            _drop(stream)
+
+
+def _drop(stream: object) -> None:
+    """Let what ``stream`` still holds go nowhere."""
+    try:
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, stream.fileno())  # type: ignore[attr-defined]
+        os.close(null)
+    except (OSError, ValueError, AttributeError):
+        pass
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Raise KeyboardInterrupt for SIGINT, SIGTERM and SIGHUP, once."""
+    before = interrupts.handle(interrupts.Interrupt())
+    try:
+        yield
+    finally:
+        interrupts.restore(before)
