@@ -12,7 +12,9 @@ import argparse
 import numpy as np
 
 from eventreg_ros import scenario
-from eventreg_ros.analysis.verdict import judge
+from eventreg_ros.analysis.signal import Signal
+from eventreg_ros.analysis.subject import subject_of
+from eventreg_ros.analysis.verdict import Report, judge
 from eventreg_ros.errors import EventregError
 from eventreg_ros.robustness.evaluator import Evaluator, Setting
 from eventreg_ros.robustness.margins import limit
@@ -89,21 +91,18 @@ def hold_table() -> list[str]:
     for h in STEPS:
         for delay in DELAYS:
             both = {(n, k): judged(n, k, h, delay) for n in T for k in hold.HOLDS}
-            residuals = [f'{report["residual"]["max_abs"]:.3f}' for report in both.values()]
-            counts = [f'{both["open", kind]["rejection"]["spurious"]}' for kind in hold.HOLDS]
+            residuals = [f'{report.residual.max_abs:.3f}' for report in both.values()]
+            counts = [f'{both["open", kind].rejection.spurious}' for kind in hold.HOLDS]
             lines.append(f'| {h:g} | {delay:g} | ' + ' | '.join([*residuals, *counts]) + ' |')
     return lines
 
 
-def judged(name: str, kind: str, h: float, delay: float) -> dict:
+def judged(name: str, kind: str, h: float, delay: float) -> Report:
     """Return the report on a run of scenario ``name``."""
     setup = scenario.load(name)
     run = network(setup, kind, setup.time_scale / h).run(T[name], Impairment(delay=delay))
-    return judge(
-        {signal: (run.t, x) for signal, x in run.signals.items()},
-        scenario=name,
-        time_scale=setup.time_scale,
-    )
+    signals = {signal: Signal(run.t, x) for signal, x in run.signals.items()}
+    return judge(signals, subject_of(setup, signals))
 
 
 if __name__ == '__main__':

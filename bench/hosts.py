@@ -23,6 +23,7 @@ from netns import Hosts, enter
 
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.analysis.recorded import analyze
+from eventreg_ros.analysis.report_json import as_json
 from eventreg_ros.errors import EventregError
 from eventreg_ros.runtime.relay import Impairment
 from eventreg_ros.session.processes import Processes
@@ -89,7 +90,7 @@ def conduct(order: dict[str, Any]) -> dict[str, Any]:
         if session.troubles:
             raise EventregError('; '.join(session.troubles))
         report = analyze(bag, settle=order['settle'], window=order['window']).report
-        return {**report, 'measured': session.timing}
+        return {**as_json(report), 'measured': session.timing}
 
 
 def run(

@@ -49,8 +49,8 @@ def live(name: str, kind: str, value: float) -> str:
         with redirect_stdout(StringIO()):
             Session(scenario, bag, SECONDS).perform()
         report = analyze(bag, settle=SETTLE).report
-    spurious = report['rejection']['spurious']
-    return 'rejected' if report['verdict'] == 'rejected' else f'**{spurious} spurious**'
+    spurious = report.rejection.spurious
+    return 'rejected' if report.verdict == 'rejected' else f'**{spurious} spurious**'
 
 
 def main() -> None:

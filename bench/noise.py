@@ -13,10 +13,10 @@ import argparse
 import numpy as np
 
 from eventreg_ros import simulate
-from eventreg_ros.analysis.criteria import Criteria
 from eventreg_ros.analysis.events import detect
 from eventreg_ros.analysis.noise import Array, examine
 from eventreg_ros.analysis.trains import coincidence
+from eventreg_ros.scenario.criteria import Criteria
 
 LEVELS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 FIXED = {

@@ -126,8 +126,8 @@ def measure(
         str(dropped),
         str(drifted),
         f'{cpu:.1f}',
-        f'{report["residual"]["max_abs"]:.4f}',
-        report['verdict'],
+        f'{report.residual.max_abs:.4f}',
+        report.verdict,
     ]
     return '| ' + ' | '.join(cells) + ' |'
 

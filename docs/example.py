@@ -16,7 +16,7 @@ print(run.t.shape, run['w'].max(), abs(run['w'] - run['u'])[-1])
 # %% How large may the controller's time constant be before events pass? Between these two
 for tau in (1 / 12, 1 / 24, 1 / 48):
     other = simulate(load('exact', f'controller.tau:={tau}'))
-    print(f'tau = {tau:.3f}: {other.verdict}, residual {other.report["residual"]["max_abs"]:.2g}')
+    print(f'tau = {tau:.3f}: {other.verdict}, residual {other.report.residual.max_abs:.2g}')
 
 # %% Sample by sample, as the nodes do it: the verdict depends on the delay of the links
 for delay in (0.0, 0.2, 0.6):
@@ -24,7 +24,7 @@ for delay in (0.0, 0.2, 0.6):
 
 # %% Other events (any threshold), and another time to settle
 print(events(run.t, run['y'], threshold=0.1, reset=0.0))
-print(judge(run, settle=200.0)['rejection'])
+print(judge(run, settle=200.0).rejection)
 
 # %% What theory says, and what is measured where it is silent
 for certificate in certificates('linear'):

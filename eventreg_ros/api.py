@@ -22,14 +22,17 @@ from typing import TYPE_CHECKING
 from . import scenario as scenarios
 from .analysis.comparison import Comparison, distinct, trains_of
 from .analysis.comparison import compare as compare_trains
-from .analysis.criteria import RESET, SETTLE, THRESHOLD, WINDOW
 from .analysis.events import detect
 from .analysis.export import to_dataframe, to_xarray
-from .analysis.recorded import Analysis, analyze
-from .analysis.verdict import Report, Signals, table
+from .analysis.recorded import Analysis, analyze, need_span
+from .analysis.report_table import table
+from .analysis.signal import Signal, Signals
+from .analysis.subject import subject_of
+from .analysis.verdict import Report
 from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
-from .scenario import Scenario
+from .scenario import Criteria, Scenario
+from .scenario.criteria import RESET, THRESHOLD
 from .scenario.hint import hint
 from .scenario.interventions import read_all, turns
 from .simulation.continuous import simulate as simulate_continuous
@@ -89,19 +92,23 @@ class Run:
 
     @cached_property
     def report(self) -> Report:
-        """Everything that ``eventreg simulate --json`` writes, with its defaults."""
+        """The verdict and everything behind it, by the scenario's criteria."""
         return judge(self)
 
     @property
     def verdict(self) -> str:
         """``rejected``, ``not rejected`` or ``undecided``."""
-        return str(self.report['verdict'])
+        return self.report.verdict
+
+    @property
+    def reason(self) -> str:
+        """Why, in words."""
+        return self.report.reason
 
     @property
     def events(self) -> dict[str, list[float]]:
         """The model times of all events of each signal."""
-        found = self.report['signals']
-        return {name: [float(t) for t in entry['events']] for name, entry in found.items()}
+        return {name: list(signal.events) for name, signal in self.report.signals.items()}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""
@@ -112,7 +119,7 @@ class Run:
         return to_xarray(self._over_time(), scenario=self.scenario.name, verdict=self.verdict)
 
     def _over_time(self) -> Signals:
-        return {name: (self.t, x) for name, x in self.signals.items()}
+        return {name: Signal(self.t, x) for name, x in self.signals.items()}
 
 
 def load(scenario: str, *overrides: str) -> Scenario:
@@ -126,7 +133,7 @@ def load(scenario: str, *overrides: str) -> Scenario:
 
 def simulate(
     scenario: Scenario | str,
-    duration: float = 400.0,
+    duration: float | None = None,
     *,
     sampled: bool = False,
     delay: float = 0.0,
@@ -138,13 +145,16 @@ def simulate(
 ) -> Run:
     """Simulate a scenario (or the one of that name) over ``duration`` of model time.
 
-    As one continuous system, or ``sampled``: sample by sample as the nodes do it in lockstep, each
-    link with ``delay`` and ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``;
-    ``on`` names the signals whose links are impaired (None: all). ``at`` holds interventions as
-    texts ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time.
-    Raises EventregError when the loop cannot be simulated or the state stops being finite.
+    The default is 400, or 300 after settling if that is longer. The loop is one continuous system,
+    or ``sampled``: sample by sample as the nodes do it in lockstep, each link with ``delay`` and
+    ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``; ``on`` names the
+    signals whose links are impaired (None: all). ``at`` holds interventions as texts
+    ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time. Raises
+    EventregError when the loop cannot be simulated or the state stops being finite.
     """
     scenario = _loaded(scenario)
+    if duration is None:
+        duration = scenario.criteria.duration(400.0)
     if not sampled and (delay or loss or jitter or seed or on):
         raise EventregError(
             f'delay, loss, jitter, seed and on belong to a sampled simulation, got '
@@ -188,52 +198,60 @@ def events(
     return detect(t, values, threshold, reset, refractory, min_width)
 
 
-def judge(run: Run, settle: float = SETTLE, window: float = WINDOW) -> Report:
-    """Return the report on a run: verdict, rejection, residual, synchronisation, signals.
+def judge(
+    run: Run,
+    settle: float | None = None,
+    window: float | None = None,
+    *,
+    blind: float | None = None,
+    until: float | None = None,
+) -> Report:
+    """Return the report on a run: verdict, reason, evidence, rejection, signals.
 
-    Events before ``settle`` do not count; those of y and y_r match within ``window`` (model time).
+    By the scenario's criteria, but for those given (model time): events before ``settle`` and after
+    ``until`` do not count; those of y and y_r match within ``window``. Raises EventregError when
+    that leaves nothing of the run.
     """
-    threshold, reset = run.scenario.monitor
-    report = judge_signals(
-        {name: (run.fine.t, x) for name, x in run.fine.signals.items()},
-        scenario=run.scenario.name,
-        time_scale=run.scenario.time_scale,
-        threshold=threshold,
-        reset=reset,
-        settle=settle,
-        window=window,
-    )
-    for entry in report['signals'].values():
-        entry['samples'] = len(run.t)  # the fine grid is for the events alone
-    return report
+    subject = subject_of(run.scenario, run.signals)
+    criteria = subject.criteria.overridden(settle=settle, window=window, blind=blind)
+    need_span(criteria, float(run.t[-1]), settle=settle, until=until)
+    signals = {name: Signal(run.fine.t, x) for name, x in run.fine.signals.items()}
+    report = judge_signals(signals, replace(subject, criteria=criteria), until=until)
+    coarse = {  # the fine grid is for the events alone
+        name: replace(signal, samples=len(run.t)) for name, signal in report.signals.items()
+    }
+    return replace(report, signals=coarse)
 
 
 def compare(
     *runs: Run | Analysis | Scenario | str | Path,
     names: Sequence[str] | None = None,
-    settle: float = SETTLE,
-    window: float = WINDOW,
+    settle: float | None = None,
+    window: float | None = None,
 ) -> Comparison:
     """Compare two runs or more: verdicts, events that differ, distances, parameters.
 
     A run is what :func:`simulate` returns, a scenario (which is then simulated), or a bag, as
     :func:`open_run` takes them. ``names`` are what the runs are called, by default as their
-    scenarios or files. ``settle`` and ``window`` are in model time; see :func:`judge`.
+    scenarios or files. ``settle`` and ``window`` are in model time; see :func:`judge`. The events
+    of two runs match within ``window``, without one within that of the first run.
     """
     opened = [
         run if isinstance(run, Run | Analysis) else open_run(run, settle, window) for run in runs
     ]
     called = [_name(given, run) for given, run in zip(runs, opened, strict=True)]
     called = distinct(called) if names is None else list(names)
+    reports = [_judged(run, settle, window) for run in opened]
     trains = [
-        trains_of(name, _judged(run, settle, window), run.scenario)
-        for name, run in zip(called, opened, strict=True)
+        trains_of(name, report, run.scenario)
+        for name, report, run in zip(called, reports, opened, strict=True)
     ]
-    return compare_trains(trains, window)
+    widest = Criteria().window if not reports else reports[0].subject.criteria.window
+    return compare_trains(trains, widest if window is None else window)
 
 
 def open_run(
-    source: Scenario | str | Path, settle: float = SETTLE, window: float = WINDOW
+    source: Scenario | str | Path, settle: float | None = None, window: float | None = None
 ) -> Run | Analysis:
     """Return the run that ``source`` means: a scenario is simulated, a bag is read and judged.
 
@@ -242,7 +260,7 @@ def open_run(
     that is longer. Raises EventregError for what is neither.
     """
     if isinstance(source, Scenario):
-        return simulate(source, max(400.0, settle + 300.0))
+        return simulate(source, source.criteria.overridden(settle=settle).duration(400.0))
     text = str(source)
     if text in scenarios.shipped() or Path(text).suffix in ('.yaml', '.yml'):
         return open_run(load(text), settle, window)
@@ -260,11 +278,12 @@ def _name(given: object, run: Run | Analysis) -> str:
     return run.scenario.name if run.scenario else 'bag'
 
 
-def _judged(run: Run | Analysis, settle: float, window: float) -> Report:
+def _judged(run: Run | Analysis, settle: float | None, window: float | None) -> Report:
     if isinstance(run, Run):
         return judge(run, settle, window)
-    same = (run.settle, run.window) == (settle, window)
-    return (run if same else replace(run, settle=settle, window=window)).report
+    wanted = run.criteria.overridden(settle=settle, window=window)
+    need_span(wanted, run.duration, settle=settle, until=None)
+    return (run if wanted == run.criteria else replace(run, criteria=wanted)).report
 
 
 def certificates(scenario: Scenario | str) -> list[Certificate]:

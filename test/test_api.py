@@ -8,6 +8,7 @@ import pytest
 import eventreg_ros
 from eventreg_ros import certificates, events, judge, load, simulate
 from eventreg_ros.analysis.events import detect
+from eventreg_ros.analysis.report_json import as_json
 from eventreg_ros.cli.main import main
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.simulation.continuous import simulate as continuous
@@ -58,7 +59,7 @@ def test_the_report_is_that_of_the_command(tmp_path, more, capsys):
     out = tmp_path / 'report.json'
     arguments = ['simulate', 'mismatch', '-p', 'controller.k:=4', '--duration', '150']
     assert main([*arguments, *flags, '--json', str(out)]) in (0, 1, 3)
-    assert json.loads(out.read_text()) == json.loads(json.dumps(run.report))
+    assert json.loads(out.read_text()) == json.loads(json.dumps(as_json(run.report)))
     assert str(run) + '\n' == capsys.readouterr().out
 
 
@@ -81,7 +82,7 @@ def test_a_sampled_run_is_the_sampled_simulation_to_the_bit():
 
 
 def test_a_run_knows_its_events_and_verdict(exact):
-    assert exact.verdict == exact.report['verdict'] == 'rejected'
+    assert exact.verdict == exact.report.verdict == 'rejected'
     assert exact.events['y'] == []
     found = detect(exact.fine.t, exact.fine.signals['w'])
     assert exact.events['w'] == found
@@ -99,9 +100,9 @@ def test_events_and_judge_take_their_own_limits(exact):
     assert events(exact.t, exact['w'], 1.0, 0.0) == detect(exact.t, exact['w'])
     assert len(events(exact.t, exact['w'], threshold=1.95)) == 0
     report = judge(exact, settle=0.0)
-    assert report['settle'] == 0.0
-    assert report['rejection']['disturbance_events'] == len(exact.events['w'])
-    assert report['verdict'] == 'rejected'
+    assert report.settle == 0.0
+    assert report.rejection.disturbance_events == len(exact.events['w'])
+    assert report.verdict == 'rejected'
 
 
 def test_the_scenario_decides_what_an_event_is():

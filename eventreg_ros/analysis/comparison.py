@@ -12,11 +12,12 @@ import numpy as np
 
 from ..errors import EventregError
 from ..scenario import Scenario
-from .criteria import WINDOW
+from ..scenario.criteria import WINDOW
 from .differences import Difference, Value, differences
 from .distances import isi_distance, spike_distance, van_rossum, victor_purpura
 from .rejection import match
-from .verdict import Report, ordered
+from .signal import ordered
+from .verdict import Report
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,9 @@ def trains_of(name: str, report: Report, scenario: Scenario | None) -> Trains:
     """Return one run as it is compared: from its report, and its scenario where that is known."""
     return Trains(
         name=name,
-        events={signal: sorted(entry['events']) for signal, entry in report['signals'].items()},
-        stop=report['duration'],
-        verdict=report['verdict'],
+        events={signal: sorted(entry.events) for signal, entry in report.signals.items()},
+        stop=report.duration,
+        verdict=report.verdict,
         parameters=None
         if scenario is None
         else {

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
-from .criteria import RESET, THRESHOLD, Criteria
+from ..scenario.criteria import RESET, THRESHOLD, Criteria
 
 Array = npt.NDArray[np.float64]
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import csv
 import importlib.util
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import EventregError
 from ..files import writing
+from .signal import Array, Signals
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-Array = npt.NDArray[np.float64]
-Signals = Mapping[str, tuple[Array, Array]]
 RESERVED = ('t', 'file', 'allow_pickle')
 
 
@@ -31,6 +29,12 @@ def check_path(path: Path) -> None:
         )
     if path.suffix == '.parquet':
         need('pyarrow', f'writing {path}')
+
+
+def check_names(path: Path, signals: Collection[str]) -> None:
+    """Raise EventregError when a signal is called like something else in the file."""
+    if clash := [name for name in signals if name in RESERVED]:
+        raise EventregError(f'{path}: a signal must not be called {clash[0]!r}; rename its output')
 
 
 def need(package: str, who: str) -> None:
@@ -46,8 +50,7 @@ def write_signals(path: Path, t: Array, signals: Mapping[str, Array]) -> None:
     EventregError for an unknown suffix, a signal called t, or a file that cannot be written.
     """
     check_path(path)
-    if clash := [name for name in signals if name in RESERVED]:
-        raise EventregError(f'{path}: a signal must not be called {clash[0]!r}; rename its output')
+    check_names(path, signals)
     with writing(path) as file:
         FORMATS[path.suffix](file, t, signals)
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from .criteria import Criteria
+from ..scenario.criteria import Criteria
 from .events import Rises, detect, finite, rises
 
 Array = npt.NDArray[np.float64]

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import scenario as scenarios
+from ..bags.finding import Finding
 from ..bags.reader import read_bag
 from ..bags.recording import Recording
-from ..errors import BagError
-from ..scenario import Scenario
-from ..scenario.table import TIME_SCALE
-from .criteria import SETTLE, WINDOW
+from ..errors import BagError, EventregError
+from ..scenario import Criteria, Scenario
 from .export import to_dataframe, to_xarray
+from .signal import Signal, Signals
+from .subject import Subject, subject_by_name, subject_of
 from .timing import timing
-from .verdict import Report, Signals, judge
+from .verdict import Report, judge
 
 if TYPE_CHECKING:
     import pandas
@@ -29,40 +30,50 @@ class Analysis:
 
     recording: Recording
     scenario: Scenario | None
-    settle: float = SETTLE
-    window: float = WINDOW
+    criteria: Criteria = field(default_factory=Criteria)
+    until: float | None = None
+    lenient: bool = False
 
-    @property
-    def monitor(self) -> tuple[float, float]:
-        """Threshold and reset of the events."""
-        return self.scenario.monitor if self.scenario else scenarios.monitor_defaults()
+    @cached_property
+    def subject(self) -> Subject:
+        """What is judged."""
+        names = [name for name, (t, _) in self.recording.signals.items() if len(t)]
+        found = subject_of(self.scenario, names) if self.scenario else subject_by_name(names)
+        return replace(found, criteria=self.criteria)
 
     @property
     def time_scale(self) -> float:
         """Model time units per second."""
-        return self.scenario.time_scale if self.scenario else float(TIME_SCALE.default)
+        return self.subject.time_scale
 
     @cached_property
     def signals(self) -> Signals:
         """The signals over model time."""
-        return self.recording.in_model_time(self.time_scale)
+        found = self.recording.in_model_time(self.time_scale)
+        return {name: Signal(t, x) for name, (t, x) in found.items()}
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What the reader found to be wrong with the bag, in model time."""
+        scale = self.time_scale
+        return [f if f.at is None else f._replace(at=f.at * scale) for f in self.recording.findings]
 
     @cached_property
     def report(self) -> Report:
-        """The contract's report."""
-        threshold, reset = self.monitor
-        report = judge(
+        """The report, with the timing of each signal."""
+        return judge(
             self.signals,
-            scenario=self.scenario.name if self.scenario else 'unknown',
-            time_scale=self.time_scale,
-            threshold=threshold,
-            reset=reset,
-            settle=self.settle,
-            window=self.window,
+            self.subject,
+            until=self.until,
+            findings=self.findings,
+            lenient=self.lenient,
+            timings={name: timing(stamps) for name, (stamps, _) in self.recording.signals.items()},
         )
-        for name, entry in report['signals'].items():
-            entry['timing'] = timing(self.recording.signals[name][0])
-        return report
+
+    @property
+    def duration(self) -> float:
+        """The model time of the last sample."""
+        return max((float(t[-1]) for t, _ in self.signals.values() if len(t)), default=0.0)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""
@@ -73,26 +84,53 @@ class Analysis:
         return to_xarray(self.signals, **self._attrs())
 
     def _attrs(self) -> dict[str, str]:
-        return {key: self.report[key] for key in ('scenario', 'verdict')}
+        return {'scenario': self.report.scenario, 'verdict': self.report.verdict}
 
 
 def analyze(
     bag: str | Path,
     scenario: Scenario | str | None = None,
     *,
-    settle: float = SETTLE,
-    window: float = WINDOW,
+    settle: float | None = None,
+    window: float | None = None,
+    blind: float | None = None,
+    until: float | None = None,
+    lenient: bool = False,
     namespace: str | None = None,
 ) -> Analysis:
     """Read a bag and judge it by ``scenario`` (an object, a name or a path), else by its own.
 
-    Raises BagError or ScenarioError, also when the bag lacks a signal that the scenario publishes.
+    ``settle``, ``window`` and ``blind``, in model time, replace the scenario's; what lies after
+    ``until`` is not judged; ``lenient`` judges what was seen although something is missing. Raises
+    BagError or ScenarioError, also when the bag lacks a signal that the scenario publishes, and
+    EventregError when ``settle`` is not before the end.
     """
     recording = read_bag(bag, namespace)
     found = _scenario_of(recording, scenario)
     if found is not None:
         _need_signals(bag, recording, found)
-    return Analysis(recording, found, settle, window)
+    criteria = found.criteria if found is not None else Criteria()
+    criteria = criteria.overridden(settle=settle, window=window, blind=blind)
+    analysis = Analysis(recording, found, criteria, until, lenient)
+    need_span(criteria, analysis.duration, settle=settle, until=until)
+    return analysis
+
+
+def need_span(criteria: Criteria, end: float, *, settle: float | None, until: float | None) -> None:
+    """Raise EventregError when an explicit ``settle`` or ``until`` leaves nothing to judge.
+
+    ``criteria`` are those with ``settle``, ``end`` is the end of the run; all in model time.
+    """
+    if settle is not None and settle > end:
+        raise EventregError(
+            f'settle must lie within the run, which ends at {end:g} of model time, got '
+            f'{settle:g}; give an earlier time'
+        )
+    if until is not None and until <= criteria.settle:
+        raise EventregError(
+            f'until must be later than {criteria.settle:g}, from when on events count, got '
+            f'{until:g}; give a later time'
+        )
 
 
 def _scenario_of(recording: Recording, given: Scenario | str | None) -> Scenario | None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import astuple, dataclass
+from typing import NamedTuple
 
-from .criteria import SETTLE, WINDOW
+from ..scenario.criteria import SETTLE, WINDOW
+
+REJECTED, NOT_REJECTED, UNDECIDED = 'rejected', 'not rejected', 'undecided'
 
 ENOUGH = 3
 """Events of w after which a verdict may be given."""
@@ -32,8 +36,8 @@ class Rejection:
     def verdict(self) -> str:
         """``rejected``, ``not rejected``, or ``undecided`` when w has too few events."""
         if self.disturbance_events < ENOUGH:
-            return 'undecided'
-        return 'not rejected' if self.spurious or self.missed else 'rejected'
+            return UNDECIDED
+        return NOT_REJECTED if self.spurious or self.missed else REJECTED
 
 
 def match(a: Sequence[float], b: Sequence[float], window: float) -> list[tuple[int, int]]:
@@ -57,22 +61,36 @@ def match(a: Sequence[float], b: Sequence[float], window: float) -> list[tuple[i
     return pairs
 
 
-def outcomes(
-    y: Sequence[float], y_r: Sequence[float], settle: float = SETTLE, window: float = WINDOW
-) -> dict[str, list[float]]:
-    """Say what became of each event of y and y_r (times in model time) at or after ``settle``.
+class Outcomes(NamedTuple):
+    """What became of the events of y and y_r, by time."""
 
-    Returns the times by outcome: ``preserved`` and ``spurious`` are events of y, ``missed`` of y_r.
+    preserved: list[float]
+    """Events of y with a partner in y_r."""
+    spurious: list[float]
+    """Events of y alone."""
+    missed: list[float]
+    """Events of y_r alone."""
+
+
+def outcomes(
+    y: Sequence[float],
+    y_r: Sequence[float],
+    settle: float = SETTLE,
+    window: float = WINDOW,
+    until: float = math.inf,
+) -> Outcomes:
+    """Say what became of each event of y and y_r from ``settle`` to ``until`` (model time).
+
     Without a reference pass no events of y_r: then every event of y is spurious.
     """
-    y, y_r = _after(settle, y), _after(settle, y_r)
+    y, y_r = _within(settle, until, y), _within(settle, until, y_r)
     pairs = match(y, y_r, window)
     matched, answered = {i for i, _ in pairs}, {j for _, j in pairs}
-    return {
-        'preserved': [y[i] for i, _ in pairs],
-        'spurious': [t for i, t in enumerate(y) if i not in matched],
-        'missed': [t for j, t in enumerate(y_r) if j not in answered],
-    }
+    return Outcomes(
+        preserved=[y[i] for i, _ in pairs],
+        spurious=[t for i, t in enumerate(y) if i not in matched],
+        missed=[t for j, t in enumerate(y_r) if j not in answered],
+    )
 
 
 def reject(
@@ -81,15 +99,28 @@ def reject(
     y_r: Sequence[float],
     settle: float = SETTLE,
     window: float = WINDOW,
+    until: float = math.inf,
 ) -> Rejection:
-    """Count, from the event times of w, y and y_r in model time, those at or after ``settle``."""
-    counts = {name: len(times) for name, times in outcomes(y, y_r, settle, window).items()}
+    """Count, from the event times of w, y and y_r, those from ``settle`` to ``until``."""
+    return counted(outcomes(y, y_r, settle, window, until), len(_within(settle, until, w)))
+
+
+def counted(found: Outcomes, disturbance_events: int) -> Rejection:
+    """Return the counts of ``found``, where the disturbance had so many events."""
     return Rejection(
-        disturbance_events=len(_after(settle, w)),
-        reference_events=len(_after(settle, y_r)),
-        **counts,
+        disturbance_events=disturbance_events,
+        reference_events=len(found.preserved) + len(found.missed),
+        preserved=len(found.preserved),
+        spurious=len(found.spurious),
+        missed=len(found.missed),
     )
 
 
-def _after(settle: float, times: Sequence[float]) -> list[float]:
-    return [t for t in times if t >= settle]
+def summed(rejections: Collection[Rejection]) -> Rejection:
+    """Return the sums of the counts of several plants."""
+    rows = [astuple(each) for each in rejections]
+    return Rejection(*(sum(column) for column in zip(*rows, strict=True)))
+
+
+def _within(start: float, stop: float, times: Sequence[float]) -> list[float]:
+    return [t for t in times if start <= t <= stop]

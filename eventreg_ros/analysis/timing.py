@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,29 +11,33 @@ GAP = 1.5
 """An interval of this many median periods or more may be a gap; see :func:`count_gaps`."""
 
 
-def timing(stamps: npt.NDArray[np.int64]) -> dict[str, float | int | None]:
-    """Return rate, percentiles of the period and number of gaps from stamps in nanoseconds.
+class Timing(NamedTuple):
+    """How regularly a signal came: samples per second, periods in seconds, and gaps.
 
-    ``stamps`` has shape (n,); the figures are in seconds, None for fewer than two samples.
+    All but ``gaps`` are None where there are fewer than two samples.
     """
+
+    rate: float | None
+    period_p50: float | None
+    period_p99: float | None
+    period_max: float | None
+    gaps: int
+
+
+def timing(stamps: npt.NDArray[np.int64]) -> Timing:
+    """Return how regularly a signal came, from its stamps in nanoseconds, shape (n,)."""
     if len(stamps) < 2:
-        return {
-            'rate': None,
-            'period_p50': None,
-            'period_p99': None,
-            'period_max': None,
-            'gaps': 0,
-        }
+        return Timing(None, None, None, None, 0)
     periods = np.diff(stamps) * 1e-9
     median = float(np.median(periods))
     span = float(stamps[-1] - stamps[0]) * 1e-9
-    return {
-        'rate': len(periods) / span if span > 0.0 else None,
-        'period_p50': median,
-        'period_p99': float(np.percentile(periods, 99)),
-        'period_max': float(periods.max()),
-        'gaps': count_gaps(periods, median),
-    }
+    return Timing(
+        rate=len(periods) / span if span > 0.0 else None,
+        period_p50=median,
+        period_p99=float(np.percentile(periods, 99)),
+        period_max=float(periods.max()),
+        gaps=count_gaps(periods, median),
+    )
 
 
 def count_gaps(periods: npt.NDArray[np.float64], median: float) -> int:

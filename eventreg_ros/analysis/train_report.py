@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .criteria import Criteria
+from ..scenario.criteria import Criteria
 from .events import rises
 from .noise import Noise, examine
 from .rejection import outcomes
+from .signal import Signals, ordered
 from .trains import Coincidence, Phase, Train, coincidence, describe, phase, settling_time
-from .verdict import Signals, ordered
 
 
 @dataclass(frozen=True)
@@ -54,5 +54,5 @@ def train_report(signals: Signals, criteria: Criteria | None = None) -> TrainRep
         if {'y', 'y_r'} <= after.keys()
         else None,
         following=phase(after['u'], after['w']) if {'u', 'w'} <= after.keys() else None,
-        settling=settling_time(sorted(wrong['spurious'] + wrong['missed']), w),
+        settling=settling_time(sorted(wrong.spurious + wrong.missed), w),
     )

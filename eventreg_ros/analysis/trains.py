@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .criteria import WINDOW
+from ..scenario.criteria import WINDOW
 from .rejection import ENOUGH, match
 
 Array = npt.NDArray[np.float64]

@@ -1,158 +1,204 @@
-"""The verdict on a run, recorded or simulated: one report, in the shape that the contract gives."""
+"""The verdict on a run, recorded or simulated: one report, from signals and what is judged."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..bags.finding import Finding
 from ..errors import EventregError
 from ..models.model import output_beside
-from ..models.roles import SIGNALS
-from .criteria import RESET, SETTLE, THRESHOLD, WINDOW
-from .events import detect
-from .rejection import reject
+from .decision import Decision, PlantDecision, decide, summary
+from .events import Rises, rises
+from .evidence import Coverage, Evidence, coverage_of, gather
+from .rejection import NOT_REJECTED, REJECTED, UNDECIDED, Outcomes, Rejection
+from .signal import NOTHING, Signal, Signals, Size, Span, difference, ordered, size, together, total
+from .subject import JudgedPlant, Subject
+from .timing import Timing
 
-Array = npt.NDArray[np.float64]
-Signals = Mapping[str, tuple[Array, Array]]
-Report = dict[str, Any]
-
-EXIT_CODES = {'rejected': 0, 'not rejected': 1, 'undecided': 3}
+EXIT_CODES = {REJECTED: 0, NOT_REJECTED: 1, UNDECIDED: 3}
 """What run, simulate and analyze exit with, by verdict."""
+
+
+@dataclass(frozen=True)
+class SignalSummary:
+    """One signal: its samples, its finite range, the model times of its events in the whole run."""
+
+    samples: int
+    min: float | None
+    max: float | None
+    events: tuple[float, ...]
+    timing: Timing | None = None
+    """How regularly it came, where it was recorded."""
+
+
+@dataclass(frozen=True)
+class PlantReport:
+    """One plant: the verdict on it, why, and the figures within the judged span."""
+
+    plant: JudgedPlant
+    verdict: str
+    reason: str
+    rejection: Rejection
+    outcomes: Outcomes
+    residual: Size
+    synchronisation: Size
+
+
+@dataclass(frozen=True)
+class Report:
+    """The report on a run; all times are model time.
+
+    ``duration`` is that of the recording. ``rejection`` holds the sums over the plants.
+    """
+
+    subject: Subject
+    duration: float
+    verdict: str
+    reason: str
+    evidence: Evidence
+    rejection: Rejection
+    residual: Size
+    synchronisation: Size
+    plants: tuple[PlantReport, ...]
+    signals: Mapping[str, SignalSummary]
+
+    @property
+    def scenario(self) -> str:
+        """The name of the scenario."""
+        return self.subject.scenario
+
+    @property
+    def time_scale(self) -> float:
+        """Model time units per second."""
+        return self.subject.time_scale
+
+    @property
+    def settle(self) -> float:
+        """From when on events count."""
+        return self.evidence.span[0]
+
+    @property
+    def exit_code(self) -> int:
+        """What a command exits with that gives this verdict."""
+        return EXIT_CODES[self.verdict]
 
 
 def judge(
     signals: Signals,
+    subject: Subject,
     *,
-    scenario: str,
-    time_scale: float,
-    threshold: float = THRESHOLD,
-    reset: float = RESET,
-    settle: float = SETTLE,
-    window: float = WINDOW,
+    until: float | None = None,
+    findings: Sequence[Finding] = (),
+    lenient: bool = False,
+    timings: Mapping[str, Timing] | None = None,
 ) -> Report:
-    """Return the report on ``signals``, ready for JSON.
+    """Return the report on ``signals``, by name, of a run of ``subject``.
 
-    ``signals`` maps each name to (t, values), both of shape (n,), t in model time, not decreasing,
-    not necessarily uniform. Raises EventregError when there is no y to judge.
+    Judged is what lies from the subject's ``settle`` to ``until`` (None: the end). ``findings``
+    are a reader's, with ``at`` in model time; ``lenient`` judges what was seen although they say
+    that something is missing. Raises EventregError when there is no output of a plant to judge.
     """
-    if 'y' not in signals or len(signals['y'][0]) == 0:
-        found = ', '.join(name for name in signals if len(signals[name][0])) or 'none'
-        raise EventregError(
-            f"no samples of y, the plant's output, to judge (signals found: {found}); "
-            'record or remap it'
-        )
+    _need_outputs(signals, subject)
+    criteria = subject.criteria
+    end = max(float(t[-1]) for t, _ in signals.values() if len(t))
+    span = (criteria.settle, max(criteria.settle, end if until is None else until))
+    found = {name: rises(t, x, *criteria.detector[:2]) for name, (t, x) in signals.items()}
     events = {
-        name: [] if output_beside(name, signals) else detect(t, x, threshold, reset)
-        for name, (t, x) in signals.items()
+        name: [] if output_beside(name, signals) else _events(each, subject)
+        for name, each in found.items()
     }
-    rejection = reject(events.get('w', []), events['y'], events.get('y_r', []), settle, window)
-    return {
-        'scenario': scenario,
-        'time_scale': time_scale,
-        'duration': max(float(t[-1]) for t, _ in signals.values() if len(t)),
-        'settle': settle,
-        'verdict': rejection.verdict,
-        'rejection': {**vars(rejection), 'ratio': rejection.ratio},
-        'residual': _size(*residual(signals), settle),
-        'synchronisation': _size(*synchronisation(signals), settle),
-        'signals': {name: _summary(*signals[name], events[name]) for name in ordered(signals)},
-    }
+    coverage = {name: _coverage(signals, name, criteria.blind) for name in subject.needed}
+    evidence = gather(subject, coverage, span, end, findings, _spike(found, subject.plants))
+    plants = decide(subject, events, evidence, lenient=lenient)
+    reports = tuple(_report(each, signals, span) for each in plants)
+    decision: Decision = summary(plants)
+    given = timings or {}
+    return Report(
+        subject=subject,
+        duration=end,
+        verdict=decision.verdict,
+        reason=decision.reason,
+        evidence=evidence,
+        rejection=decision.rejection,
+        residual=together([each.residual for each in reports]),
+        synchronisation=together([each.synchronisation for each in reports]),
+        plants=reports,
+        signals={
+            name: _summary(signals[name], events[name], given.get(name))
+            for name in ordered(signals)
+        },
+    )
 
 
-def ordered(signals: Collection[str]) -> list[str]:
-    """Return the names of ``signals``: the paper's in its order, then the others by name."""
-    known = [name for name in SIGNALS if name in signals]
-    return known + sorted(set(signals) - set(known))
+def _need_outputs(signals: Signals, subject: Subject) -> None:
+    plants = subject.plants or (JudgedPlant('y'),)
+    missing = [p.output for p in plants if not len(signals.get(p.output, NOTHING)[0])]
+    if not missing:
+        return
+    found = ', '.join(name for name in ordered(signals) if len(signals[name][0])) or 'none'
+    raise EventregError(
+        f"no samples of {missing[0]}, the plant's output, to judge "
+        f'(signals found: {found}); record or remap it'
+    )
 
 
-def _summary(t: Array, values: Array, events: list[float]) -> dict[str, Any]:
-    finite = values[np.isfinite(values)]
-    return {
-        'samples': len(t),
-        'min': float(finite.min()) if len(finite) else None,
-        'max': float(finite.max()) if len(finite) else None,
-        'events': events,
-    }
+def _events(found: Rises, subject: Subject) -> list[float]:
+    limits = subject.criteria
+    times: list[float] = found.start[found.events(limits.refractory, limits.min_width)].tolist()
+    return times
 
 
-def residual(signals: Signals) -> tuple[Array, Array]:
-    """Return (t, y - y_r), both of shape (n,), at the times of y; y itself without a reference."""
-    y, y_r = _finite(signals, 'y'), _finite(signals, 'y_r')
-    return _difference(y, y_r) if len(y_r[0]) else y
+def _coverage(signals: Signals, name: str, blind: float) -> Coverage | None:
+    return coverage_of(Signal(*signals[name]), blind) if name in signals else None
 
 
-def synchronisation(signals: Signals) -> tuple[Array, Array]:
-    """Return (t, w - u), both of shape (n,), at the times of w; n = 0 when either is missing."""
-    return _difference(_finite(signals, 'w'), _finite(signals, 'u'))
+def _spike(found: Mapping[str, Rises], plants: Iterable[JudgedPlant]) -> float | None:
+    """Return how long the longest spike of the disturbances lasts; None without any.
 
-
-def _finite(signals: Signals, name: str) -> tuple[Array, Array]:
-    t, x = signals.get(name, (np.empty(0), np.empty(0)))
-    keep = np.isfinite(x)
-    return t[keep], x[keep]
-
-
-def _difference(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return a - b at the times of a that lie within those of b, between which b is a line."""
-    t, x = a
-    if len(b[0]) == 0:
-        return t[:0], x[:0]
-    inside = (t >= b[0][0]) & (t <= b[0][-1])
-    with np.errstate(over='ignore'):
-        return t[inside], x[inside] - np.interp(t[inside], *b)
-
-
-def _size(t: Array, x: Array, settle: float) -> dict[str, float | None]:
-    """Return the largest magnitude and the rms after ``settle``; each interval weighs its length.
-
-    The square runs straight from sample to sample (trapezoids).
+    The longest, since noise makes short ones.
     """
-    t, x = t[t >= settle], x[t >= settle]
-    largest = float(np.abs(x).max(initial=0.0))
-    if len(t) == 0 or not math.isfinite(largest):
-        return {'max_abs': None, 'rms': None}
-    square = (x / (largest or 1.0)) ** 2  # at most 1: it must not overflow
-    length = np.diff(t)
-    if length.sum() > 0.0:
-        square = 0.5 * (square[1:] + square[:-1])
-        mean = float(np.average(square, weights=length))
-    else:
-        mean = float(np.mean(square))
-    return {'max_abs': largest, 'rms': largest * math.sqrt(mean)}
+    names = {name for plant in plants for name in plant.disturbances if name in found}
+    widths = [found[name].width.max(initial=0.0) for name in names]
+    return max(map(float, widths), default=0.0) or None
 
 
-def table(report: Report) -> str:
-    """Return the report as a short plain table that ends with the verdict."""
-    settle = report['settle']
-    lines = [
-        f'{report["scenario"]}: {report["duration"]:.1f} model time units, '
-        f'counted after {settle:g}',
-        f'{"signal":>8} {"samples":>8} {"min":>9} {"max":>9} {"events":>7} {"after":>6}',
-    ]
-    for name, s in report['signals'].items():
-        after = sum(t >= settle for t in s['events'])
-        lines.append(
-            f'{name:>8} {s["samples"]:8d} {_number(s["min"])} {_number(s["max"])} '
-            f'{len(s["events"]):7d} {after:6d}'
-        )
-    r = report['rejection']
-    ratio = '-' if r['ratio'] is None else f'{r["ratio"]:.2f}'
-    lines += [
-        f'disturbance {r["disturbance_events"]}, reference {r["reference_events"]}, '
-        f'preserved {r["preserved"]}, spurious {r["spurious"]}, missed {r["missed"]}, '
-        f'ratio {ratio}',
-        f'residual      y - y_r: max {_number(report["residual"]["max_abs"])}  '
-        f'rms {_number(report["residual"]["rms"])}',
-        f'synchronisation w - u: max {_number(report["synchronisation"]["max_abs"])}  '
-        f'rms {_number(report["synchronisation"]["rms"])}',
-        f'verdict: {report["verdict"]}',
-    ]
-    return '\n'.join(lines)
+def _report(decision: PlantDecision, signals: Signals, span: Span) -> PlantReport:
+    plant = decision.plant
+    return PlantReport(
+        plant,
+        decision.verdict,
+        decision.reason,
+        decision.rejection,
+        decision.outcomes,
+        size(residual(signals, plant), span),
+        size(synchronisation(signals, plant), span),
+    )
 
 
-def _number(value: float | None) -> str:
-    return f'{"-":>9}' if value is None else f'{value:9.3g}'
+def _summary(signal: Signal, events: Sequence[float], timing: Timing | None) -> SignalSummary:
+    t, x = signal
+    finite = x[np.isfinite(x)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (math.nan, math.nan)
+    known = len(finite) > 0
+    return SignalSummary(
+        len(t), low if known else None, high if known else None, tuple(events), timing
+    )
+
+
+def residual(signals: Signals, plant: JudgedPlant) -> Signal:
+    """Return the output of ``plant`` less its reference, or the output where there is none."""
+    y = total(signals, (plant.output,))
+    y_r = total(signals, () if plant.reference is None else (plant.reference,))
+    return difference(y, y_r) if len(y_r.t) else y
+
+
+def synchronisation(signals: Signals, plant: JudgedPlant) -> Signal:
+    """Return what exosystems and controllers leave together, the sum of w less the sum of u.
+
+    At the times of the first w; n = 0 where a signal of them is missing.
+    """
+    return difference(total(signals, plant.disturbances), total(signals, plant.controls))

@@ -48,7 +48,7 @@ class Recording:
     def in_model_time(self, time_scale: float) -> dict[str, tuple[Values, Values]]:
         """Return the signals over model time, t = 0 at the first sample of the run."""
         return {
-            name: ((stamps - self.start).astype(np.float64) * (time_scale * 1e-9), values)
+            name: ((stamps - self.start).astype(np.float64) * time_scale / 1e9, values)
             for name, (stamps, values) in self.signals.items()
         }
 

@@ -6,13 +6,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..analysis.criteria import Criteria
 from ..analysis.noise import table as noise_table
 from ..analysis.recorded import analyze
-from ..analysis.verdict import EXIT_CODES, Report, table
+from ..analysis.report_json import as_json
+from ..analysis.report_table import table
+from ..analysis.verdict import Report
 from ..files import need_writable
 from ..scenario.table import TIME_SCALE
-from .arguments import add_json, add_window, write_json, write_text
+from .arguments import add_json, add_span, add_window, warn, write_json, write_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     parser.add_argument('--report', type=Path, metavar='F.html', help='write a page with plots')
     add_window(parser)
+    add_span(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -34,8 +36,11 @@ def main(args: argparse.Namespace) -> int:
     analysis = analyze(
         args.bag,
         args.scenario,
-        settle=args.settle,
+        settle=args.settle if args.start is None else args.start,
         window=args.window,
+        blind=args.blind,
+        until=args.until,
+        lenient=args.lenient,
         namespace=args.namespace,
     )
     if analysis.scenario is None:
@@ -45,26 +50,27 @@ def main(args: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     report = analysis.report
+    warn(report.evidence.warnings)
     print(table(report))
     print(timing_table(report), flush=True)
-    if noise := noise_table(analysis.signals, Criteria(*analysis.monitor)):
+    if noise := noise_table(analysis.signals, analysis.criteria):
         print(noise, flush=True)
-    write_json(args.json, report)
+    write_json(args.json, as_json(report))
     if args.report is not None:
         from ..plots.report import render, report_page
 
         write_text(args.report, render(report_page(analysis, args.bag.resolve().name)))
-    return EXIT_CODES[report['verdict']]
+    return report.exit_code
 
 
 def timing_table(report: Report) -> str:
     """Return the timing of each signal as a plain table, in milliseconds."""
     lines = [f'{"timing":>8} {"rate Hz":>9} {"p50 ms":>8} {"p99 ms":>8} {"max ms":>8} {"gaps":>5}']
-    for name, entry in report['signals'].items():
-        t = entry['timing']
-        if t['rate'] is not None:
-            lines.append(
-                f'{name:>8} {t["rate"]:9.2f} {t["period_p50"] * 1e3:8.3f} '
-                f'{t["period_p99"] * 1e3:8.3f} {t["period_max"] * 1e3:8.3f} {t["gaps"]:5d}'
-            )
+    for name, signal in report.signals.items():
+        t = signal.timing
+        if t is None or t.rate is None:
+            continue
+        periods = (t.period_p50, t.period_p99, t.period_max)
+        times = ' '.join(f'{period * 1e3:8.3f}' for period in periods if period is not None)
+        lines.append(f'{name:>8} {t.rate:9.2f} {times} {t.gaps:5d}')
     return '\n'.join(lines)

@@ -5,15 +5,17 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Callable, Collection, Mapping
+import sys
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import scenario as scenarios
-from ..analysis.criteria import SETTLE, WINDOW
+from ..bags.finding import Finding
 from ..errors import EventregError
 from ..files import need_writable, writing
 from ..scenario import Scenario
+from ..scenario.criteria import BLIND, SETTLE, WINDOW
 from ..scenario.links import OPTIONS
 
 
@@ -57,13 +59,41 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 def add_window(parser: argparse.ArgumentParser) -> None:
     """Add --settle and --window."""
     parser.add_argument(
-        '--settle', type=nonnegative, default=SETTLE, metavar='T',
-        help=f'model time before which nothing is counted ({SETTLE:g})',
+        '--settle', type=nonnegative, metavar='T',
+        help=f"model time before which nothing is counted (the scenario's, or {SETTLE:g})",
     )  # fmt: skip
     parser.add_argument(
-        '--window', type=nonnegative, default=WINDOW, metavar='T',
-        help=f'model time within which events of y and y_r match ({WINDOW:g})',
+        '--window', type=nonnegative, metavar='T',
+        help='model time within which events of y and y_r match '
+        f"(the scenario's, or {WINDOW:g})",
     )  # fmt: skip
+
+
+def add_span(parser: argparse.ArgumentParser) -> None:
+    """Add what else decides of a recording what is judged, and how strictly."""
+    parser.add_argument(
+        '--from', type=nonnegative, metavar='T', dest='start',
+        help='model time from which on events count, instead of --settle',
+    )  # fmt: skip
+    parser.add_argument(
+        '--until', type=positive, metavar='T',
+        help='model time after which nothing is judged (the end)',
+    )  # fmt: skip
+    parser.add_argument(
+        '--blind', type=positive, metavar='T',
+        help='model time without a sample after which a signal counts as unseen '
+        f"(the scenario's, or {BLIND:g})",
+    )  # fmt: skip
+    parser.add_argument(
+        '--lenient', action='store_true',
+        help='judge what was seen, although something is missing',
+    )  # fmt: skip
+
+
+def warn(findings: Iterable[Finding]) -> None:
+    """Print findings on standard error, one line each."""
+    for finding in findings:
+        print(f'eventreg: {finding.text}', file=sys.stderr)
 
 
 def nonnegative(text: str) -> float:

@@ -63,16 +63,17 @@ def main(args: argparse.Namespace) -> int:
 
 def _shown(names: Sequence[str], runs: Sequence[Run | Analysis]) -> list[Shown]:
     """Return the runs as they are drawn."""
+    from ..analysis.signal import Signal
     from ..api import Run
     from ..plots.comparison_plot import Shown
 
     return [
         Shown(
             name,
-            {s: (run.t, x) for s, x in run.signals.items()}
+            {s: Signal(run.t, x) for s, x in run.signals.items()}
             if isinstance(run, Run)
             else run.signals,
-            {s: entry['events'] for s, entry in run.report['signals'].items()},
+            {s: entry.events for s, entry in run.report.signals.items()},
         )
         for name, run in zip(names, runs, strict=True)
     ]

@@ -49,8 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``eventreg margin``."""
     add_scenario(parser)
     parser.add_argument(
-        '--duration', type=positive, default=400.0, metavar='T', help='of a run, model time (400)'
-    )
+        '--duration', type=positive, metavar='T',
+        help='of a run, model time (400, or 300 after settling)',
+    )  # fmt: skip
     parser.add_argument(
         '--seeds', type=whole(1), default=5, metavar='N',
         help='random runs that must all be rejected (5)',
@@ -80,7 +81,14 @@ def main(args: argparse.Namespace) -> int:
     check_plot(args.plot)
     need_writable(args.json)
     scenario = load_scenario(args)
-    setting = Setting(args.duration, args.settle, args.window, args.seeds, args.rate)
+    setting = Setting.of(
+        scenario,
+        duration=args.duration,
+        settle=args.settle,
+        window=args.window,
+        seeds=args.seeds,
+        rate=args.rate,
+    )
     found: Map | None = None
     line = Line()
     try:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..analysis.verdict import EXIT_CODES, table
+from ..analysis.report_json import as_json
+from ..analysis.report_table import table
 from ..files import need_writable
 from ..scenario.interventions import read_all
-from ..session.live import DURATION, LiveRun, bag_of, check, run
+from ..session.live import LiveRun, bag_of, check, run, usual_duration
 from . import live_timing
 from .arguments import (
     add_at,
@@ -18,6 +19,7 @@ from .arguments import (
     add_window,
     load_scenario,
     positive,
+    warn,
     write_json,
 )
 from .process import fail
@@ -31,8 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``run``."""
     add_scenario(parser)
     parser.add_argument(
-        '--duration', type=positive, default=DURATION, metavar='S', help='seconds to run (40)'
-    )
+        '--duration', type=positive, metavar='S',
+        help='seconds to run (40, or 300 of model time after settling)',
+    )  # fmt: skip
     parser.add_argument('--bag', type=Path, metavar='DIR', help='directory of the bag, made new')
     parser.add_argument(
         '--lockstep',
@@ -58,13 +61,14 @@ def main(args: argparse.Namespace) -> int:
     home = next(parent for parent in bag.absolute().parents if parent.exists())
     need_writable(home / bag.name)
     need_writable(args.json)
+    duration = args.duration or usual_duration(scenario, args.settle)
     found = run(
         scenario,
-        args.duration,
+        duration,
         bag=bag,
         lockstep=args.lockstep,
         composed=args.composed,
-        observer=Terminal(args.duration),
+        observer=Terminal(duration),
         at=args.at,
         settle=args.settle,
         window=args.window,
@@ -79,12 +83,13 @@ def show(found: LiveRun, json: Path | None) -> int:
         fail(f'{broken}; {found.unjudged}')
         return BROKEN
     report = found.analysis.report
+    warn(report.evidence.warnings)
     print(f'bag: {found.bag}')
     print(table(report))
     if found.measured:
         print(live_timing.tables(found.measured, found.warnings))
-    write_json(json, report)
+    write_json(json, as_json(report))
     if broken:
         fail(broken)
         return BROKEN
-    return EXIT_CODES[report['verdict']]
+    return report.exit_code

@@ -34,8 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``eventreg simulate``."""
     add_scenario(parser)
     parser.add_argument(
-        '--duration', type=positive, default=400.0, metavar='T', help='model time (400)'
-    )
+        '--duration', type=positive, metavar='T',
+        help='model time (400, or 300 after settling)',
+    )  # fmt: skip
     parser.add_argument(
         '--sampled', action='store_true', help='sample by sample, as the nodes do it in lockstep'
     )
@@ -67,18 +68,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run ``eventreg simulate`` and return the verdict's exit code."""
-    from ..analysis.verdict import EXIT_CODES, table
+    from ..analysis.report_table import table
     from ..api import judge, simulate
 
     impairments = _check(args)
     scenario = load_scenario(args)
     _ = scenario.rate, scenario.time_scale  # raises unless all nodes, stimulus too, agree
-    run = simulate(scenario, args.duration, sampled=args.sampled, at=args.at, **impairments)
+    duration = _duration(args, scenario)
+    run = simulate(scenario, duration, sampled=args.sampled, at=args.at, **impairments)
     report = judge(run, args.settle, args.window)
     print(table(report), flush=True)
     _tell_rounding(args.delay, scenario)
     _write(args, run, report)
-    return EXIT_CODES[report['verdict']]
+    return report.exit_code
+
+
+def _duration(args: argparse.Namespace, scenario: Scenario) -> float:
+    """Return the duration, in model time. Raises EventregError for what would fail afterwards."""
+    from ..analysis.export import check_names
+    from ..analysis.recorded import need_span
+
+    if args.out is not None:
+        check_names(args.out, scenario.publishers)
+    criteria = scenario.criteria.overridden(settle=args.settle, window=args.window)
+    duration = criteria.duration(400.0) if args.duration is None else float(args.duration)
+    need_span(criteria, duration, settle=args.settle, until=None)
+    return duration
 
 
 def _tell_rounding(delay: float | None, scenario: Scenario) -> None:
@@ -126,7 +141,9 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
         scenario, stamps = run.scenario, TickGrid(run.scenario.rate).stamps(len(run.t))
         signals = {name: (stamps, x) for name, x in run.signals.items()}
         write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
-    write_json(args.json, report)
+    from ..analysis.report_json import as_json
+
+    write_json(args.json, as_json(report))
 
 
 def _names(text: str) -> list[str]:

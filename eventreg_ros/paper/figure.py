@@ -79,8 +79,9 @@ def compute(figure: PaperFigure, overrides: Iterable[str] = ()) -> Drawable:
     layout, notes = figure.layout, parameters(scenarios.values(), figure.symbols)
     if figure.per_panel:
         layout, notes = _titled(layout, scenarios, figure.symbols), []
-    threshold, reset = next(iter(scenarios.values())).monitor
-    return Drawable(next(iter(runs.values())).t, columns, layout, notes, threshold, reset)
+    limits = next(iter(scenarios.values())).criteria
+    t = next(iter(runs.values())).t
+    return Drawable(t, columns, layout, notes, limits.threshold, limits.reset)
 
 
 def scenarios_of(figure: PaperFigure, overrides: Iterable[str] = ()) -> dict[str, Scenario]:

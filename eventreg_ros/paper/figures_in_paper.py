@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..analysis.criteria import SETTLE
 from ..plots.figures import Curve, Layout, Panel, curves, series
 from ..plots.style import DASHED, ORANGE, PURPLE, Look
+from ..scenario.criteria import SETTLE
 from .figure import Case, PaperFigure, spread, starts
 
 LOOP = Layout(

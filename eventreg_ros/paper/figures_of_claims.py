@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..analysis.criteria import SETTLE
 from ..plots.figures import Curve, Layout, Panel, curves, series
 from ..plots.style import BLUE, DASHED, LOOKS, SKY, Look
+from ..scenario.criteria import SETTLE
 from .figure import Case, PaperFigure, difference, starts, total
 from .figures_in_paper import LOOP
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..analysis.verdict import Signals, ordered
+from ..analysis.signal import Signals, ordered
 from .decimate import broken, min_max_decimate
 from .report_svg import TIME, svg
 from .style import SERIES, Look, mark_events, style

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..analysis.criteria import RESET, THRESHOLD
 from ..analysis.events import detect
+from ..scenario.criteria import RESET, THRESHOLD
 from .style import (
     LABELS,
     LOOKS,

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
 
-from ..analysis.verdict import Report, Signals, ordered, residual, synchronisation
+from ..analysis.signal import Signals, ordered, total
+from ..analysis.subject import JudgedPlant
+from ..analysis.verdict import Report, residual, synchronisation
 from ..models.roles import SIGNALS
 from .decimate import Array, broken, min_max_decimate
 from .style import BLACK, DOTTED, GREY, LOOKS, ORANGE, VERMILLION, look, shade_settle, style
@@ -37,8 +40,8 @@ VARIABLES = {
 }
 """The page's name for each colour: there it has a light and a dark value."""
 
-FAULTS = {'spurious': ('X', 'y'), 'missed': ('v', 'y_r')}
-"""Marker of each outcome of an event that should not be, and the signal whose row shows it."""
+SPURIOUS, MISSED = 'X', 'v'
+"""Markers of the events that should not be: those of y alone, and those of y_r alone."""
 
 SETTINGS = {
     'figure.constrained_layout.use': False,
@@ -51,32 +54,39 @@ SETTINGS = {
 }
 
 
-def signals_svg(signals: Signals, report: Report, threshold: float) -> str:
+def signals_svg(signals: Signals, report: Report) -> str:
     """Draw every signal over model time, the reference over y, with circles at the events."""
-    names = [n for n in panels(signals) if n != 'y_r' or 'y' not in signals]
-    heights = [1.5 if name == 'y' else 1.1 for name in names]
+    threshold = report.subject.criteria.threshold
+    beside = {
+        p.plant.output: p.plant.reference
+        for p in report.plants
+        if p.plant.reference is not None and len(signals.get(p.plant.reference, ((),))[0])
+    }
+    names = [n for n in panels(signals) if n not in beside.values()]
+    outputs = [p.plant.output for p in report.plants]
+    heights = [1.5 if name in outputs else 1.1 for name in names]
 
     def draw(axes: list[Any]) -> None:
         for ax, name in zip(axes, names, strict=True):
-            both = name == 'y' and len(signals.get('y_r', ((),))[0]) > 0
-            for each in ('y', 'y_r') if both else (name,):
+            reference = beside.get(name)
+            for each in (name,) if reference is None else (name, reference):
                 _draw(ax, each, *signals[each])
-                _circle(ax, each, report['signals'][each]['events'], threshold)
+                _circle(ax, each, report.signals[each].events, threshold)
             ax.axhline(threshold, color=GREY, linewidth=0.8, linestyle=DOTTED, zorder=1)
-            _frame(ax, 'y and y_r' if both else name, report)
+            _frame(ax, name if reference is None else f'{name} and {reference}', report)
 
     return svg(draw, heights, 'Signals over model time, with their events')
 
 
-def raster_svg(signals: Signals, report: Report, outcomes: Mapping[str, Sequence[float]]) -> str:
+def raster_svg(signals: Signals, report: Report) -> str:
     """Draw the events of all signals as rows of ticks; mark those of y and y_r that are wrong."""
     names = panels(signals)
 
     def draw(axes: list[Any]) -> None:
         ax = axes[0]
-        raster(ax, [(_short(n), look(n), report['signals'][n]['events']) for n in names])
-        for outcome, (marker, name) in FAULTS.items():
-            if times := outcomes[outcome]:
+        raster(ax, [(_short(n), look(n), report.signals[n].events) for n in names])
+        for marker, name, times in _faults(report):
+            if times and name in names:
                 above = np.full(len(times), 0.46 - names.index(name))
                 ax.plot(times, above, marker, markersize=6.5, color=VERMILLION, clip_on=False,
                         markeredgewidth=0.0)  # fmt: skip
@@ -86,31 +96,49 @@ def raster_svg(signals: Signals, report: Report, outcomes: Mapping[str, Sequence
     return svg(draw, [0.15 + 0.3 * len(names)], 'Events of every signal, one row each')
 
 
-def residual_svg(signals: Signals, report: Report, threshold: float) -> str:
+def _faults(report: Report) -> list[tuple[str, str | None, list[float]]]:
+    """Return the marker of each kind of event that should not be, its signal, and the times."""
+    return [
+        fault
+        for each in report.plants
+        for fault in (
+            (SPURIOUS, each.plant.output, each.outcomes.spurious),
+            (MISSED, each.plant.reference, each.outcomes.missed),
+        )
+    ]
+
+
+def residual_svg(signals: Signals, report: Report, plant: JudgedPlant) -> str:
     """Draw |y - y_r| (|y| without a reference) over model time, on a logarithmic axis."""
-    name = '|y - y_r|' if len(signals.get('y_r', ((),))[0]) else '|y|'
+    threshold, compared = report.subject.criteria.threshold, plant.output
+    if plant.reference is not None and len(signals.get(plant.reference, ((),))[0]):
+        compared = f'{plant.output} - {plant.reference}'
+    name = f'|{compared}|'
 
     def draw(axes: list[Any]) -> None:
-        _magnitude(axes[0], *residual(signals))
+        _magnitude(axes[0], *residual(signals, plant))
         axes[0].axhline(abs(threshold) or 1.0, color=GREY, linewidth=0.8, linestyle=DOTTED)
         _frame(axes[0], name, report)
 
     return svg(draw, [1.6], f'The residual, {name}, over model time')
 
 
-def synchronisation_svg(signals: Signals, report: Report) -> str | None:
-    """Draw u on top of w, and |w - u| below; None when either is missing."""
-    t, difference = synchronisation(signals)
+def synchronisation_svg(signals: Signals, report: Report, plant: JudgedPlant) -> str | None:
+    """Draw u on top of w, sums where there are several, and |w - u|; None when one is missing."""
+    t, difference = synchronisation(signals, plant)
     if len(t) == 0:
         return None
+    w, u = ' + '.join(plant.disturbances), ' + '.join(plant.controls)
+    both = f'{w} - {u}' if len(plant.controls) == 1 else f'{w} - ({u})'
 
     def draw(axes: list[Any]) -> None:
-        _draw(axes[0], 'w', *signals['w'], label='w', linewidth=3.5, alpha=0.5)
-        _draw(axes[0], 'u', *signals['u'], label='u', linewidth=1.0, linestyle='-')
+        above, below = (total(signals, names) for names in (plant.disturbances, plant.controls))
+        _draw(axes[0], 'w', *above, label=_short(w), linewidth=3.5, alpha=0.5)
+        _draw(axes[0], 'u', *below, label=_short(u), linewidth=1.0, linestyle='-')
         axes[0].legend(loc='lower right', ncols=2, borderaxespad=0.0, bbox_to_anchor=(1.0, 1.0))
         _magnitude(axes[1], t, difference)
-        _frame(axes[0], 'w and u', report)
-        _frame(axes[1], '|w - u|', report)
+        _frame(axes[0], f'{w} and {u}', report)
+        _frame(axes[1], f'|{both}|', report)
 
     return svg(draw, [1.4, 1.2], 'Disturbance w and control action u, and their difference', 0.3)
 
@@ -149,8 +177,8 @@ def _frame(ax: Any, label: str, report: Report) -> None:
     """Name the axis, show the whole run, and shade the settling time."""
     ax.set_ylabel(_short(label))
     ax.yaxis.set_label_coords(-0.06, 0.5)
-    ax.set_xlim(0.0, report['duration'] or 1.0)
-    shade_settle(ax, min(report['settle'], report['duration']))
+    ax.set_xlim(0.0, report.duration or 1.0)
+    shade_settle(ax, min(report.settle, report.duration))
 
 
 def _short(name: str) -> str:
@@ -186,7 +214,7 @@ def _themed(document: str, title: str) -> str:
     svg = re.sub(r'<metadata>.*?</metadata>', '', svg, flags=re.DOTALL)
     svg = re.sub(r'<g id="[^"]*">', '<g>', svg)
     width, height = 72.0 * WIDTH, float(re.findall(r'viewBox="0 0 \S+ (\S+)"', svg)[0])
-    head = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{title}">'
+    head = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(title)}">'
     svg = head + svg[svg.index('>') + 1 :]
     for colour, variable in VARIABLES.items():
         svg = re.sub(f': {colour}', f': var({variable})', svg, flags=re.IGNORECASE)

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from ..analysis.criteria import SETTLE, WINDOW
-from ..analysis.verdict import judge
+from ..analysis.decision import decide, summary
+from ..analysis.events import detect
+from ..analysis.evidence import complete
+from ..analysis.rejection import NOT_REJECTED, REJECTED
+from ..analysis.subject import subject_of
 from ..errors import EventregError
 from ..scenario import Scenario
+from ..scenario.criteria import SETTLE, WINDOW
 from ..simulation.impairment import PERFECT, Impairment
 from ..simulation.sampled import SampledLoop
-from ..simulation.trajectory import Array
-
-JUDGED = ('w', 'y', 'y_r')
-"""The signals that decide the verdict."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +30,22 @@ class Setting:
     window: float = WINDOW
     seeds: int = 5
     rate: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        scenario: Scenario,
+        *,
+        duration: float | None = None,
+        settle: float | None = None,
+        window: float | None = None,
+        seeds: int = 5,
+        rate: float | None = None,
+    ) -> Setting:
+        """Return the setting that ``scenario`` asks for, but for what is given."""
+        limits = scenario.criteria.overridden(settle=settle, window=window)
+        usual = limits.duration(400.0)
+        return cls(duration or usual, limits.settle, limits.window, seeds, rate)
 
 
 class Evaluator:
@@ -50,7 +64,12 @@ class Evaluator:
         on: str | None = None,
     ) -> None:
         self._loop = SampledLoop(scenario.loop.sampled_at(rate, hold))
-        self._scenario, self._setting = scenario, setting
+        self._setting = setting
+        subject = subject_of(scenario, self._loop.signals)
+        if not subject.plants:
+            raise EventregError(f'scenario {scenario.name} has no plant to judge; name one')
+        criteria = subject.criteria.overridden(settle=setting.settle, window=setting.window)
+        self._subject = replace(subject, criteria=criteria)
         self.hold, self.rate, self.h = hold, rate, self._loop.h
         self.on = on
         listened = {signal for _, signal in self._loop.links}
@@ -65,19 +84,11 @@ class Evaluator:
         try:
             run = self._loop.run(self._setting.duration, impairment)
         except EventregError:  # all else that it may complain of was checked at the start
-            return 'not rejected'
-        threshold, reset = self._scenario.monitor
-        signals = {s: run.signals[s] for s in JUDGED if s in run.signals}
-        report = judge(
-            {s: keep_crossings(run.t, x, threshold, reset) for s, x in signals.items()},
-            scenario=self._scenario.name,
-            time_scale=self._scenario.time_scale,
-            threshold=threshold,
-            reset=reset,
-            settle=self._setting.settle,
-            window=self._setting.window,
-        )
-        return str(report['verdict'])
+            return NOT_REJECTED
+        limits = self._subject.criteria.detector
+        events = {s: detect(run.t, run.signals[s], *limits) for s in self._subject.needed}
+        evidence = complete(self._setting.settle, float(run.t[-1]))
+        return summary(decide(self._subject, events, evidence)).verdict
 
     def rejected(self, impairment: Impairment) -> bool:
         """Say whether every seed is rejected; it stops at the first that is not."""
@@ -90,17 +101,4 @@ class Evaluator:
 
     def _runs(self, impairment: Impairment) -> Iterator[bool]:
         for seed in range(self._setting.seeds if impairment.random else 1):
-            yield self.verdict(replace(impairment, seed=seed)) == 'rejected'
-
-
-def keep_crossings(t: Array, x: Array, threshold: float, reset: float) -> tuple[Array, Array]:
-    """Return the few samples of a signal that have its events, all of them, at the same times.
-
-    The detector asks of a sample whether it is at or below ``reset`` and whether it has reached
-    ``threshold``; where neither answer changes from one sample to the next, nothing happens. So the
-    first sample and those on both sides of each change will do. Arrays of shape (n,), all finite.
-    """
-    answer = (x > reset).astype(np.int8) + (x >= threshold)
-    change = np.flatnonzero(np.diff(answer))
-    keep = np.unique(np.concatenate(([0], change, change + 1)))
-    return t[keep], x[keep]
+            yield self.verdict(replace(impairment, seed=seed)) == REJECTED

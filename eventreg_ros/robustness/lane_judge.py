@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..analysis.criteria import Criteria
 from ..analysis.rejection import ENOUGH
+from ..scenario import Criteria
 from ..simulation.jit import compile_entry
 from ..simulation.lanes import Lanes
 from ..simulation.lanes_source import LANES

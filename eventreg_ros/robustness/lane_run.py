@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.criteria import Criteria
 from ..errors import EventregError
+from ..scenario import Criteria
 from ..simulation.block import BlockSpec
 from ..simulation.impairment import Impairment, Received, received
 from ..simulation.jit import compiles

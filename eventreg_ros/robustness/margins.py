@@ -78,7 +78,7 @@ def margins(
     rate, where it was searched at a finer one, and those of the delay of each signal alone.
     Raises EventregError when the scenario cannot be simulated or its verdict is undecided.
     """
-    setting = setting or Setting()
+    setting = setting or Setting.of(scenario)
     linked = _need_verdict(scenario, setting).linked
     fine, own = (rate_for(kind, scenario, setting) for kind in ('delay', 'loss'))
     cases: list[tuple[str, float, str | None]] = [
@@ -218,7 +218,7 @@ def delay_and_loss(
     There are at most ``columns`` delays, whole samples at the rate at which loss is searched, and
     ``rows`` losses. Raises EventregError when the scenario cannot be simulated.
     """
-    setting = setting or Setting()
+    setting = setting or Setting.of(scenario)
     rate = rate_for('loss', scenario, setting)
     trials = [Evaluator(scenario, hold, rate, setting) for hold in HOLDS]
     h = trials[0].h

@@ -7,11 +7,15 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..analysis.criteria import Criteria
+from ..analysis.decision import decide, summary
 from ..analysis.events import detect
+from ..analysis.evidence import complete
 from ..analysis.rejection import outcomes
-from ..analysis.verdict import judge
+from ..analysis.signal import Signal, size
+from ..analysis.subject import subject_by_name
+from ..analysis.verdict import residual
 from ..errors import EventregError
+from ..scenario import Criteria
 from ..simulation.impairment import Impairment
 from ..simulation.loop import Loop
 from ..simulation.sampled import simulate_sampled
@@ -79,29 +83,25 @@ def one_by_one(case: Case) -> Outcome:
 
 def judged(run: Trajectory, criteria: Criteria) -> Rows:
     """Return the row of a run."""
-    signals = {s: (run.t, run.signals[s]) for s in JUDGED if s in run.signals}
-    report = judge(
-        signals,
-        scenario='',
-        time_scale=1.0,
-        threshold=criteria.threshold,
-        reset=criteria.reset,
-        settle=criteria.settle,
-        window=criteria.window,
-    )
+    signals = {s: Signal(run.t, run.signals[s]) for s in JUDGED if s in run.signals}
+    subject = subject_by_name(signals, criteria)
+    events = {s: detect(t, x, *criteria.detector) for s, (t, x) in signals.items()}
+    evidence = complete(criteria.settle, float(run.t[-1]))
+    found = summary(decide(subject, events, evidence))
     row = nothing(1)
-    row['verdict'] = VERDICTS.index(report['verdict'])
+    row['verdict'] = VERDICTS.index(found.verdict)
     for name in ('disturbance_events', 'preserved', 'spurious', 'missed'):
-        row[name] = report['rejection'][name]
-    for name, value in report['residual'].items():
+        row[name] = getattr(found.rejection, name)
+    left_over = size(residual(signals, subject.plants[0]), evidence.span)
+    for name, value in left_over._asdict().items():
         row[f'residual_{name}'] = np.nan if value is None else value
     late = run.t >= criteria.settle
     y, y_r = run.signals['y'], run.signals.get('y_r')
     left = (y if y_r is None else y - y_r)[late]
     row['peak'] = left.max() if len(left) else np.nan
     row['settling'], row['latency'] = _times(run, y, y_r, criteria)
-    found: Rows = row[0]
-    return found
+    only: Rows = row[0]
+    return only
 
 
 def _times(run: Trajectory, y: Array, y_r: Array | None, criteria: Criteria) -> tuple[float, float]:
@@ -109,10 +109,10 @@ def _times(run: Trajectory, y: Array, y_r: Array | None, criteria: Criteria) -> 
     asked = [] if y_r is None else detect(run.t, y_r, *criteria.detector)
     whole = outcomes(events, asked, -np.inf, criteria.window)
     late = outcomes(events, asked, criteria.settle, criteria.window)
-    answered = [t for t in asked if t >= criteria.settle and t not in late['missed']]
+    answered = [t for t in asked if t >= criteria.settle and t not in late.missed]
     latency = 0.0
-    for t, t_r in zip(late['preserved'], answered, strict=True):
+    for t, t_r in zip(late.preserved, answered, strict=True):
         latency += t - t_r
     count = len(answered)
-    settling = max([0.0, *whole['spurious'], *whole['missed']])
+    settling = max([0.0, *whole.spurious, *whole.missed])
     return settling, latency / count if count else 0.0

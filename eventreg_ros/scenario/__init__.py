@@ -1,16 +1,17 @@
 """What is asked: the table of parameters, YAML, the scenario and what may be made of one."""
 
+from .criteria import Criteria
 from .files import config_directory, find, shipped
 from .reader import load, parse, with_file, with_overrides
-from .scenario import Scenario, block_spec, monitor_defaults
+from .scenario import Scenario, block_spec
 
 __all__ = [
+    'Criteria',
     'Scenario',
     'block_spec',
     'config_directory',
     'find',
     'load',
-    'monitor_defaults',
     'parse',
     'shipped',
     'with_file',

@@ -15,6 +15,7 @@ from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps
 from ..simulation.stimulus import Stimulus
 from . import ros_yaml
+from .criteria import Criteria
 from .links import LinkSpec, link_name
 from .names import NodeName, full_name, split
 from .parameters import is_foreign, resolve
@@ -164,11 +165,10 @@ class Scenario:
         return self._common('rate')
 
     @property
-    def monitor(self) -> tuple[float, float]:
-        """Threshold and reset of the events, the first spike monitor's or its defaults."""
+    def criteria(self) -> Criteria:
+        """What the verdict rests on, by the first spike monitor; else the defaults."""
         found = self.of_kind('spike_monitor')
-        values = self.nodes[found[0]] if found else resolve('spike_monitor', {})
-        return values['threshold'], values['reset']
+        return Criteria.of(self.nodes[found[0]]) if found else Criteria()
 
     def _common(self, name: str) -> float:
         found = {
@@ -220,8 +220,9 @@ class Scenario:
         wanted = [s for s in recorder.get('signals', ()) if s not in signals]
         extra: Given = {}
         if monitor:
-            watched = 'signals' in self.given.get('spike_monitor', {})
-            extra['spike_monitor'] = {} if watched else {'signals': self.outputs}
+            own = self.given.get('spike_monitor', {})
+            usual = {'signals': self.outputs, 'time_scale': self.time_scale}
+            extra['spike_monitor'] = {n: x for n, x in usual.items() if n not in own}
         extra['recorder'] = {
             'signals': signals + wanted,
             'path': path,
@@ -305,12 +306,6 @@ class Scenario:
                     if self.signal(node, name) in self.publishers
                 ]
         return values
-
-
-def monitor_defaults() -> tuple[float, float]:
-    """Return threshold and reset where no spike monitor says otherwise."""
-    values = resolve('spike_monitor', {})
-    return values['threshold'], values['reset']
 
 
 def block_spec(node: str, values: Values) -> BlockSpec:

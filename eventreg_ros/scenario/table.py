@@ -7,11 +7,11 @@ declare these rows to ROS, offline tools check scenarios by them, docs list them
 from __future__ import annotations
 
 from ..models.catalogue import model_names
-from ..models.neuron import FOLD
 from ..models.roles import SIGNALS, STIMULUS_OUTPUT
 from ..runtime.relay import ORDERS
 from ..simulation.hold import HOLDS
 from ..simulation.stimulus import WAVEFORMS
+from .criteria import BLIND, RESET, SETTLE, THRESHOLD, WINDOW
 from .parameter import ACTIVE, UNCONFIGURED, Parameter
 
 AUTOSTART = Parameter(
@@ -245,8 +245,31 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
     ),
     'spike_monitor': (
         _SIGNALS,
-        Parameter('threshold', 'double', FOLD, 'an event is a rise of the signal through it'),
-        Parameter('reset', 'double', 0.0, 'the next event may begin at or below it'),
+        Parameter('threshold', 'double', THRESHOLD, 'an event is a rise of the signal through it'),
+        Parameter('reset', 'double', RESET, 'the next event may begin at or below it'),
+        Parameter('settle', 'double', SETTLE, 'model time before which no event counts', low=0.0),
+        Parameter(
+            'window', 'double', WINDOW, 'model time within which events of y and y_r match', low=0.0
+        ),
+        Parameter(
+            'blind',
+            'double',
+            BLIND,
+            'model time without a sample after which a signal counts as unseen',
+            low=0.0,
+            open_low=True,
+        ),
+        Parameter(
+            'refractory',
+            'double',
+            0.0,
+            'model time after an event in which no other begins; 0: off',
+            low=0.0,
+        ),
+        Parameter(
+            'min_width', 'double', 0.0, 'model time that an event lasts at least; 0: off', low=0.0
+        ),
+        TIME_SCALE,
         RATE,
         LOCKSTEP,
         LOCKSTEP_TIMEOUT,

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..analysis.criteria import SETTLE, WINDOW
-from ..analysis.recorded import Analysis, analyze
+from ..analysis.recorded import Analysis, analyze, need_span
 from ..errors import EventregError, ros_is_missing
 from ..scenario import Scenario
 from ..scenario.interventions import read_all
 from .session import Observer, Session
 
 DURATION = 40.0
-"""Seconds of a run unless something else is said."""
+"""Seconds of a run unless something else is said, or the scenario settles late."""
 
 
 @dataclass(frozen=True)
@@ -38,26 +37,30 @@ class LiveRun:
 
 def run(
     scenario: Scenario,
-    duration: float = DURATION,
+    duration: float | None = None,
     *,
     bag: str | Path | None = None,
     lockstep: bool = False,
     composed: bool = False,
     observer: Observer | None = None,
     at: Sequence[str] = (),
-    settle: float = SETTLE,
-    window: float = WINDOW,
+    settle: float | None = None,
+    window: float | None = None,
 ) -> LiveRun:
     """Start the nodes of ``scenario``, record for ``duration`` seconds, and judge the bag.
 
+    Without a duration for as long as :func:`usual_duration` says.
     The nodes are processes of their own, or with ``composed`` one; in ``lockstep`` they go as fast
     as they can and ``duration`` is simulated time. ``at`` holds interventions as texts
     ``S:NODE.PARAM:=VALUE``, ``S:NODE:activate`` or ``S:NODE:deactivate``, S in seconds.
-    ``settle`` and ``window`` are in model time. Raises EventregError when the run cannot be
-    started, or when its bag cannot be judged though nothing went wrong during the run.
+    ``settle`` and ``window``, in model time, replace the scenario's. Raises EventregError when the
+    run cannot be started, or when its bag cannot be judged though nothing went wrong during it.
     """
     path = Path(bag) if bag is not None else bag_of(scenario)
     check(scenario, path)
+    criteria = scenario.criteria.overridden(settle=settle, window=window)
+    duration = usual_duration(scenario, settle) if duration is None else duration
+    need_span(criteria, duration * scenario.time_scale, settle=settle, until=None)
     session = Session(
         scenario,
         path,
@@ -70,7 +73,7 @@ def run(
     session.perform()
     analysis, unjudged = None, None
     try:
-        analysis = analyze(path, settle=settle, window=window)
+        analysis = replace(analyze(path), criteria=criteria)
         _ = analysis.report
     except EventregError as error:
         if not session.troubles:
@@ -79,6 +82,12 @@ def run(
     return LiveRun(
         scenario, path, analysis, unjudged, session.troubles, session.timing, session.warnings
     )
+
+
+def usual_duration(scenario: Scenario, settle: float | None = None) -> float:
+    """Return the seconds of a run: 40, or 300 of model time after settling if that is longer."""
+    scale = scenario.time_scale
+    return scenario.criteria.overridden(settle=settle).duration(DURATION * scale) / scale
 
 
 def bag_of(scenario: Scenario) -> Path:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from eventreg_ros import simulate
-from eventreg_ros.analysis.criteria import Criteria
 from eventreg_ros.analysis.events import detect
 from eventreg_ros.analysis.noise import examine, noise_level, table, words
 from eventreg_ros.analysis.trains import coincidence
+from eventreg_ros.scenario.criteria import Criteria
 
 T = np.arange(8001) * 0.05
 

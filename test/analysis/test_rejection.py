@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from eventreg_ros.analysis.rejection import ENOUGH, Rejection, match, outcomes, reject
+from eventreg_ros.analysis.rejection import ENOUGH, Outcomes, Rejection, match, outcomes, reject
 
 THREE = [200.0, 240.0, 280.0]
 
@@ -70,11 +70,9 @@ def test_what_is_counted():
         disturbance_events=3, reference_events=2, preserved=1, spurious=2, missed=1
     )
     assert rejection.ratio == pytest.approx(1 / 3)
-    assert outcomes([150.0, 200.0, 300.0], [151.0, 250.0], 100.0, 5.0) == {
-        'preserved': [150.0],
-        'spurious': [200.0, 300.0],
-        'missed': [250.0],
-    }
+    assert outcomes([150.0, 200.0, 300.0], [151.0, 250.0], 100.0, 5.0) == (
+        Outcomes(preserved=[150.0], spurious=[200.0, 300.0], missed=[250.0])
+    )
 
 
 def test_every_event_is_counted_once():
@@ -87,8 +85,8 @@ def test_every_event_is_counted_once():
         assert rejection.disturbance_events == len(late[0])
         assert rejection.preserved + rejection.spurious == len(late[1])
         assert rejection.preserved + rejection.missed == len(late[2])
-        assert sorted(found['preserved'] + found['spurious']) == late[1]
-        assert len(found['missed']) == rejection.missed
+        assert sorted(found.preserved + found.spurious) == late[1]
+        assert len(found.missed) == rejection.missed
 
 
 def test_without_a_reference_every_event_is_spurious():
@@ -108,9 +106,7 @@ def test_an_event_before_settling_answers_none_after_it():
 
 
 def test_equal_times_are_two_events():
-    assert outcomes([200.0, 200.0], [200.0]) == {
-        'preserved': [200.0], 'spurious': [200.0], 'missed': [],
-    }  # fmt: skip
+    assert outcomes([200.0, 200.0], [200.0]) == Outcomes([200.0], [200.0], [])
     assert reject([], [200.0, 200.0], [200.0]).spurious == 1
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from eventreg_ros import simulate
-from eventreg_ros.analysis.criteria import Criteria
+from eventreg_ros.analysis.subject import subject_by_name
 from eventreg_ros.analysis.train_report import train_report
 from eventreg_ros.analysis.verdict import judge
+from eventreg_ros.scenario.criteria import Criteria
 
 
 def test_made_signals(loop_signals):
@@ -56,7 +57,7 @@ def test_the_papers_loop_locks_to_the_disturbance_and_settles():
     assert found.following.mean == pytest.approx(0.0, abs=1e-4)
     free = simulate('uncontrolled', 400.0)
     signals = {name: (free.fine.t, x) for name, x in free.fine.signals.items()}
-    report = judge(signals, scenario='uncontrolled', time_scale=10.0)
+    report = judge(signals, subject_by_name(signals))
     found = train_report(signals)
     assert found.settling is None
-    assert found.trains['y'].count == report['rejection']['spurious']
+    assert found.trains['y'].count == report.rejection.spurious

@@ -6,14 +6,23 @@ import math
 import numpy as np
 import pytest
 
-from eventreg_ros.analysis.verdict import EXIT_CODES, judge, table
+from eventreg_ros.analysis.report_json import as_json
+from eventreg_ros.analysis.report_table import table
+from eventreg_ros.analysis.subject import subject_by_name
+from eventreg_ros.analysis.verdict import EXIT_CODES, judge
 from eventreg_ros.errors import EventregError
+from eventreg_ros.scenario import Criteria
 
 NOTHING = {'max_abs': None, 'rms': None}
 
 
-def report(signals, **more):
-    return judge(signals, **{'scenario': 'made', 'time_scale': 10.0, **more})
+def judged(signals, scenario='made', **criteria):
+    there = [name for name, (t, _) in signals.items() if len(t)]
+    return judge(signals, subject_by_name(there, Criteria(**criteria), scenario=scenario))
+
+
+def report(signals, **criteria):
+    return as_json(judged(signals, **criteria))
 
 
 def uneven(end=400.0, n=20000, seed=7):
@@ -30,8 +39,8 @@ def rejected(loop_signals):
 def test_the_shape_is_the_contract(rejected):
     result = report(rejected)
     assert list(result) == [
-        'scenario', 'time_scale', 'duration', 'settle', 'verdict', 'rejection', 'residual',
-        'synchronisation', 'signals',
+        'scenario', 'time_scale', 'duration', 'settle', 'verdict', 'reason', 'evidence',
+        'rejection', 'residual', 'synchronisation', 'signals',
     ]  # fmt: skip
     assert list(result['rejection']) == [
         'disturbance_events', 'reference_events', 'preserved', 'spurious', 'missed', 'ratio',
@@ -218,17 +227,27 @@ def test_exit_codes_are_the_contract():
 
 
 def test_the_table_says_what_the_report_says(rejected):
-    text = table(report(rejected))
+    text = table(judged(rejected))
     lines = text.splitlines()
     assert lines[0] == 'made: 260.0 model time units, counted after 100'
     assert [line.split()[0] for line in lines[2:5]] == ['w', 'y', 'u']
     assert lines[2].split()[-2:] == ['4', '4']
-    assert 'disturbance 4, reference 0, preserved 0, spurious 0, missed 0, ratio 1.00' in text
-    assert lines[-1] == 'verdict: rejected'
+    assert 'disturbance 4, spurious 0, ratio 1.00' in lines
+    assert 'residual y: max 1, rms 1' in lines
+    assert lines[-2:] == ['after t = 100 w had 4 events; none made y spike', 'verdict: rejected']
 
 
-def test_the_table_shows_what_is_missing_as_a_dash(loop_signals):
-    lines = table(report(loop_signals(y=[]))).splitlines()
+def test_the_table_speaks_of_a_reference_only_where_there_is_one(loop_signals):
+    text = table(judged(loop_signals(w=[110, 150, 190], y=[131], y_r=[130, 200], u=[])))
+    assert 'disturbance 3, reference 2, preserved 1, spurious 0, missed 1, ratio 1.00' in text
+    assert 'residual y - y_r: max' in text
+    assert 'synchronisation w - u: max' in text
+
+
+def test_the_table_has_no_words_for_what_is_missing(loop_signals):
+    lines = table(judged(loop_signals(y=[]))).splitlines()
     assert lines[-1] == 'verdict: undecided'
-    assert 'ratio -' in lines[-4]
-    assert lines[-2].split() == ['synchronisation', 'w', '-', 'u:', 'max', '-', 'rms', '-']
+    assert lines[-4:-1] == [
+        'disturbance 0, spurious 0', 'residual y: max 1, rms 1',
+        'nothing disturbs y: there is no w; add an exosystem',
+    ]  # fmt: skip

@@ -108,12 +108,14 @@ def test_progress_is_one_line_on_a_terminal(capsys, monkeypatch):
         (['exact', '--plot', 'png'], '--plot must end in'),
         (['exact', '--plot', '/nowhere/x.png'], 'cannot write /nowhere/x.png'),
         (['exact', '-p', 'plant.rate:=50'], 'must have the same rate'),
-        (['exact', '-p', 'plant.output:=z'], 'no samples of y'),
+        (['lonely.yaml'], 'has no plant'),
         (['uncontrolled', *QUICK, '--json', '/nowhere/x.json'], 'cannot write /nowhere/x.json'),
         (['nonsense'], 'no scenario'),
     ],
 )
-def test_bad_input_is_one_line_and_2(words, says, refused):
+def test_bad_input_is_one_line_and_2(words, says, refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'lonely.yaml').write_text('exosystem: {ros__parameters: {}}')
     assert says in refused('margin', *words)
 
 

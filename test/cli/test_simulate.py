@@ -129,7 +129,7 @@ def test_overrides_and_renamed_signals(tmp_path):
         (['exact', '-p', 'plant.rate:=50'], 'must have the same rate'),
         (
             ['exact', '-p', 'plant.output:=t', '--out', 'x.csv', '--duration', '5'],
-            'no samples of y',
+            "must not be called 't'",
         ),
         (['linear', '-p', 'controller.gain:=[-5, 0]', '--duration', '2000'], 'stops being finite'),
     ],

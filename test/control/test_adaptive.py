@@ -194,8 +194,8 @@ def test_bad_values_are_refused(overrides, words):
 def test_what_it_learns_is_a_signal_without_events():
     run = simulate(load('exact', 'controller.adapt:=0.04', 'controller.tau:=0.9'), 150.0)
     assert run['u/tau'][0] == 0.9
-    entry = run.report['signals']['u/tau']
-    assert (entry['samples'], entry['max'], entry['events']) == (len(run.t), 0.9, [])
+    entry = run.report.signals['u/tau']
+    assert (entry.samples, entry.max, entry.events) == (len(run.t), 0.9, ())
     recorded = run.scenario.with_recorder('bag', 'text')
     assert recorded.nodes['recorder']['signals'] == ['w', 'y', 'u', 'u/tau']
     assert recorded.nodes['spike_monitor']['signals'] == ['w', 'y', 'u']

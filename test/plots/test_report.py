@@ -1,15 +1,19 @@
 """The HTML report: whole, self-contained, true to the verdict, safe whatever the bag holds."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
+from eventreg_ros.analysis.subject import subject_by_name
+from eventreg_ros.analysis.timing import Timing
 from eventreg_ros.analysis.verdict import judge
 from eventreg_ros.plots import report_svg as report_plots
 from eventreg_ros.plots.report import ReportPage, render
 from eventreg_ros.plots.report_words import in_words
+from eventreg_ros.scenario import Criteria
 
 VOID = {'meta', 'br', 'hr', 'img', 'input', 'link'}
 W = [110, 150, 190, 230]
@@ -49,13 +53,14 @@ class Page(HTMLParser):
 
 
 def a_run(signals, **more):
-    given = {'threshold': 1.0, 'reset': 0.0, 'window': 5.0}
-    known = {name: more.pop(name) for name in ('scenario', 'settle') if name in more}
-    report = judge(signals, **{'scenario': 'made', 'time_scale': 10.0, **known, **given})
+    limits = {name: more.pop(name) for name in ('threshold', 'reset', 'window') if name in more}
+    there = [name for name, (t, _) in signals.items() if len(t)]
+    subject = subject_by_name(there, Criteria(**limits), scenario=more.pop('scenario', 'made'))
+    report = judge(signals, subject)
     parameters = {'plant': {'k': 1.0, 'x0': [0.0, 0.25]}, 'spike_monitor': {'reset': 0.0}}
     return ReportPage(
         **{'source': 'bag', 'signals': signals, 'report': report, 'parameters': parameters,
-           **given, **more}
+           **more}
     )  # fmt: skip
 
 
@@ -191,9 +196,8 @@ def test_the_table_of_events_says_what_each_counts_as(page_of):
 def test_timing_is_shown_where_the_run_was_recorded(loop_signals):
     run = a_run(loop_signals(w=W, y=[], u=W))
     assert 'Timing' not in Page(render(run)).words
-    run.report['signals']['w']['timing'] = {
-        'rate': 200.0, 'period_p50': 5e-3, 'period_p99': 6e-3, 'period_max': 0.0125, 'gaps': 3,
-    }  # fmt: skip
+    w = replace(run.report.signals['w'], timing=Timing(200.0, 5e-3, 6e-3, 0.0125, 3))
+    run = replace(run, report=replace(run.report, signals={**run.report.signals, 'w': w}))
     assert 'w 200.00 5.000 6.000 12.500 3' in Page(render(run)).words
 
 
@@ -286,7 +290,7 @@ def test_long_runs_make_pages_of_bounded_size(loop_signals):
     t = np.arange(300_000) * 0.05
     signals = {name: (t, 2.0 * np.sin(t / 3.0)) for name in ('w', 'y', 'u')}
     run = a_run(signals)
-    assert sum(len(s['events']) for s in run.report['signals'].values()) > 2000
+    assert sum(len(s.events) for s in run.report.signals.values()) > 2000
     text = render(run)
     assert len(text) < 2_000_000
     assert re.search(r'and \d+ more; --json lists all', text)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from eventreg_ros import load
-from eventreg_ros.analysis.criteria import Criteria
 from eventreg_ros.robustness import lane_counts, lane_judge, lane_run
 from eventreg_ros.robustness.outcome import Case, one_by_one
+from eventreg_ros.scenario import Criteria
 from eventreg_ros.simulation.impairment import Impairment
 
 CRITERIA = Criteria(settle=60.0)
@@ -41,7 +41,7 @@ def cases(name, count, impaired, seed):
                 int(rng.integers(0, 3)),
             )  # fmt: skip
         made = scenario(name, rng)
-        criteria = Criteria(*made.monitor, settle=60.0)
+        criteria = made.criteria.overridden(settle=60.0)
         found.append(Case(made.loop, links, criteria, 250.0))
     return found
 

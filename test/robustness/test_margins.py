@@ -1,15 +1,13 @@
 import cmath
 import math
-import random
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from eventreg_ros import scenario
-from eventreg_ros.analysis.events import detect
 from eventreg_ros.errors import EventregError
-from eventreg_ros.robustness.evaluator import Evaluator, Setting, keep_crossings
+from eventreg_ros.robustness.evaluator import Evaluator, Setting
 from eventreg_ros.robustness.margins import (
     FINE,
     KINDS,
@@ -192,18 +190,6 @@ def test_every_seed_must_be_rejected():
     assert not some.rejected(Impairment(loss=0.85))
     if first:
         assert trial('exact', 'linear', 0.05, Setting(seeds=first)).rejected(Impairment(loss=0.85))
-
-
-def test_thinned_samples_have_the_same_events():
-    draw = random.Random(3)
-    for _ in range(300):
-        n = draw.randrange(1, 60)
-        x = np.array([draw.choice([-1.0, 0.0, 0.4, 0.99, 1.0, 1.7]) for _ in range(n)])
-        x += draw.choice([0.0, 0.3])
-        t = np.cumsum([draw.random() for _ in range(n)])
-        thinned = keep_crossings(t, x, 1.0, 0.0)
-        assert detect(*(a.tolist() for a in thinned)) == detect(t.tolist(), x.tolist())
-    assert len(keep_crossings(np.arange(1000.0), np.full(1000, 0.5), 1.0, 0.0)[0]) == 1
 
 
 def test_a_scenario_that_is_not_rejected_has_no_margin():

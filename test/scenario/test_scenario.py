@@ -7,7 +7,7 @@ import pytest
 from eventreg_ros import certificates, simulate
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.robustness.margins import margins
-from eventreg_ros.scenario import config_directory, files, load, parse, shipped
+from eventreg_ros.scenario import Criteria, config_directory, files, load, parse, shipped
 
 # The paper (paper.tex): (k_p, tau_p) = (1, 1/11) in every caption; (k_w, tau_w), (k_eta, tau_eta)
 # and (k_r, tau_r) from the captions of fig. not_contr (quiescent), exact_reg (exact, and with it
@@ -99,7 +99,7 @@ def test_shipped_scenarios_watch_what_they_publish(name):
     scenario = load(name)
     assert scenario.time_scale == 10.0
     assert scenario.rate == 200.0
-    assert scenario.monitor == ((0.5, 0.0) if name == 'linear' else (1.0, 0.0))
+    assert scenario.criteria == Criteria(0.5 if name == 'linear' else 1.0)
     assert set(scenario.nodes['spike_monitor']['signals']) == set(scenario.publishers)
     extra = {'spike_monitor', 'stimulus'} if name == 'open' else {'spike_monitor'}
     assert set(scenario.nodes) == {*PAPER[name], *extra}
@@ -319,15 +319,18 @@ def test_nodes_must_agree_on_their_time():
 
 def test_a_scenario_without_a_block_has_no_time():
     scenario = parse('spike_monitor: {ros__parameters: {threshold: 2}}', 'mine')
-    assert scenario.monitor == (2.0, 0.0)
+    assert scenario.criteria == Criteria(2.0)
     with pytest.raises(ScenarioError, match='names no block'):
         scenario.time_scale  # noqa: B018
 
 
 def test_the_monitor_is_what_the_file_says_or_the_default():
-    assert parse(MINIMAL, 'mine').monitor == (1.0, 0.0)
-    text = MINIMAL + 'spike_monitor: {ros__parameters: {threshold: 1.5, reset: -1}}'
-    assert parse(text, 'mine').monitor == (1.5, -1.0)
+    assert parse(MINIMAL, 'mine').criteria == Criteria()
+    given = (
+        'threshold: 1.5, reset: -1, settle: 600, window: 2, blind: 1, refractory: 3, min_width: 4'
+    )
+    text = MINIMAL + f'spike_monitor: {{ros__parameters: {{{given}}}}}'
+    assert parse(text, 'mine').criteria == Criteria(1.5, -1.0, 600.0, 2.0, 1.0, 3.0, 4.0)
 
 
 # Overrides --------------------------------------------------------------------------------------

@@ -28,9 +28,8 @@ def test_meets_the_truth(name):
     at = np.rint(np.array(samples.pop('t')) / H).astype(int)
     for signal, values in samples.items():
         np.testing.assert_allclose(found.signals[signal][at], values, rtol=0, atol=1e-6)
-    threshold, reset = setup.monitor
     for signal, events in truth['events'].items():
-        times = detect(found.t, found.signals[signal], threshold, reset)
+        times = detect(found.t, found.signals[signal], *setup.criteria.detector)
         np.testing.assert_allclose(times, events, rtol=0, atol=1e-3)
 
 

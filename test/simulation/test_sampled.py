@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from eventreg_ros import scenario
+from eventreg_ros.analysis.subject import subject_by_name
 from eventreg_ros.analysis.verdict import judge
 from eventreg_ros.errors import EventregError
 from eventreg_ros.models import INTERNAL_MODEL
@@ -129,7 +130,7 @@ def test_the_verdict_flips_with_the_delay(name, low, high):
     def verdict(delay):
         found = loop.run(260.0, Impairment(delay=delay))
         signals = {s: (found.t, x) for s, x in found.signals.items()}
-        return judge(signals, scenario=name, time_scale=10.0)['verdict']
+        return judge(signals, subject_by_name(signals)).verdict
 
     assert (verdict(low), verdict(high)) == ('rejected', 'not rejected')
 

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from eventreg_ros.analysis.criteria import Criteria
 from eventreg_ros.errors import ParameterError
 from eventreg_ros.models.neuron import FOLD
+from eventreg_ros.scenario.criteria import Criteria
 
 
 def test_the_contracts_defaults():

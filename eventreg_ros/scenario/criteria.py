@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from ..errors import ParameterError
 from ..models.neuron import FOLD
@@ -13,6 +15,9 @@ RESET = 0.0
 SETTLE = 100.0
 WINDOW = 5.0
 BLIND = 5.0
+
+JUDGED = 300.0
+"""Model time after ``settle`` over which a run is judged, unless its duration is given."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,19 @@ class Criteria:
     def detector(self) -> tuple[float, float, float, float]:
         """What the event detector takes: threshold, reset, refractory, min_width."""
         return self.threshold, self.reset, self.refractory, self.min_width
+
+    @classmethod
+    def of(cls, monitor: Mapping[str, Any]) -> Criteria:
+        """Return those in the parameters of a spike monitor."""
+        return cls(**{field.name: monitor[field.name] for field in fields(cls)})
+
+    def overridden(self, **given: float | None) -> Criteria:
+        """Return the criteria with those of ``given`` that are not None."""
+        return replace(self, **{name: x for name, x in given.items() if x is not None})
+
+    def duration(self, usual: float) -> float:
+        """Return how long a run takes by default: ``usual``, or longer where it settles late."""
+        return max(usual, self.settle + JUDGED)
 
     def __post_init__(self) -> None:
         if not self.reset < self.threshold:
