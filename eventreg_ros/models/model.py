@@ -111,6 +111,8 @@ class Model:
     feedthrough: bool = False
     jacobian: Jacobian | None = None
     x0: State | None = None
+    pointwise: bool = False
+    """Whether ``output`` takes single numbers only, no arrays."""
     confine: Callable[[State, Params], State] = free
     observed: tuple[Observed, ...] = ()
     learns: Learner | None = None

@@ -8,7 +8,9 @@ from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .info import received_at
@@ -31,6 +33,8 @@ class Endpoints(LifecycleNode):
     def __init__(self, name: str, **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
         self._polled: dict[Any, tuple[type, InfoCallback]] = {}
+        self.incompatible: dict[str, str] = {}
+        """What is wrong with the QoS of publishers that we listen to, by topic."""
         self.sources: dict[str, Any] = {}
         self.sinks: dict[str, Any] = {}
 
@@ -65,10 +69,14 @@ class Endpoints(LifecycleNode):
             with_info(callback),
             topic.qos,
             raw=True,
+            event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=lambda event: self._note_incompatible(name, event)
+            ),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         self.sources[name] = source
         self.stack.callback(self.sources.pop, name)
+        self.stack.callback(self.incompatible.pop, name, None)
         self.stack.callback(self.destroy_subscription, source)
         if polled:
             self._polled[source] = (topic.message, callback)
@@ -86,6 +94,19 @@ class Endpoints(LifecycleNode):
                 take = source.handle.take_message
                 while (taken := take(message, True)) is not None:
                     callback(*taken)
+
+    def _note_incompatible(self, name: str, event: Any) -> None:
+        """Report a publisher whose QoS does not fit, and how to make ours fit it."""
+        policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
+        topic = self.resolve_topic_name(name)
+        words = (
+            f'a publisher of {topic} offers another {policy} than this node asks for, so nothing '
+            f'comes from it'
+        )
+        if policy == 'reliability':
+            words += f'; start with -p qos_overrides.{topic}.subscription.reliability:=best_effort'
+        self.incompatible[name] = words
+        self.get_logger().warning(words)
 
     def publisher_of(self, topic: Topic) -> Any:
         """Create the publisher of a topic that is not a signal's."""

@@ -203,7 +203,24 @@ class ManagedNode(Endpoints):
                 self.trigger_deactivate()
             elif self.stage == INACTIVE:
                 self.trigger_cleanup()
+            self._await_recovery()
         self.publish_diagnostics()
+
+    def _await_recovery(self) -> None:
+        """Start again by itself after ``recover`` seconds, where that is wanted."""
+        seconds = self.values.get('recover', 0.0)
+        if seconds and not self.values['lockstep']:
+            self.stack = self._stages[UNCONFIGURED]
+            self._recovery = self.steady_timer(seconds, self._recover)
+
+    def _recover(self) -> None:
+        self._recovery.cancel()
+        if self.stage != UNCONFIGURED or self.fault is None:
+            return  # somebody was faster
+        self.get_logger().warning(f'{self.label} starts again from its initial state')
+        with self.until_the_end():
+            if self.trigger_configure() == SUCCESS:
+                self.trigger_activate()
 
     # Parameters
 

@@ -52,6 +52,7 @@ class RealTime:
         self.lateness = DurationHistogram()
         self.overruns = 0
         self._reported_dropped = 0
+        self._reported_n = -1
         self._now_at_tick = 0
 
     def begin(self) -> None:
@@ -163,6 +164,9 @@ class RealTime:
         return Status(level, message, figures.values())
 
     def _judge(self) -> tuple[bytes, str]:
+        if self._endpoints.in_simulation_time and self.n == self._reported_n:
+            return WARN, 'waits for /clock' if self.n < 0 else '/clock stands still'
+        self._reported_n = self.n
         steps_late = self.lateness.take_recent() * self._timing.rate
         if steps_late >= self._timing.late_warn:
             level = ERROR if steps_late >= self._timing.late_error else WARN

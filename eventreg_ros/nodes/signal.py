@@ -9,7 +9,7 @@ from ..runtime.cdr import packed
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.hold import horizon_in_steps
 from .lockstep import Lockstep, Participant
-from .managed import OK, FaultError, ManagedNode, Status
+from .managed import OK, WARN, FaultError, ManagedNode, Status
 from .pace import Inputs, Lines, Pace, Tick
 from .realtime import RealTime, Timing
 from .sequenced import SequencedInputs
@@ -28,6 +28,9 @@ class SignalNode(ManagedNode):
     inputs: Inputs
     off = False
     """In lockstep: whether the node is switched off, so that it publishes 0."""
+    cut_off = 0
+    """Samples of the output that output_limit cut off."""
+    _reported_cut_off = 0
     starting = False
     """In lockstep: whether it was just switched on again, so that it starts anew."""
 
@@ -83,6 +86,7 @@ class SignalNode(ManagedNode):
         inputs.horizon = horizon_in_steps(values['hold'], self.h)
         if isinstance(inputs, StampedInputs):
             inputs.timeout = values['input_timeout']
+            inputs.limit(values['input_limit'])
             own = 'delay_margin' if values['hold'] == 'linear' else 'delay_margin_zero'
             margin, warn = values[own], values['delay_warn']
             inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
@@ -139,7 +143,12 @@ class SignalNode(ManagedNode):
             value = 0.0 if self.off else self._sound(self.initial())
             self.starting = False
             return value
-        return self._sound(self.step(tick.n, self.inputs.over(tick)))
+        value = self._sound(self.step(tick.n, self.inputs.over(tick)))
+        limit = self.values.get('output_limit')
+        if limit and not -limit < value < limit:
+            self.cut_off += 1
+            return float(min(max(value, -limit), limit))
+        return value
 
     def put(self, value: float) -> None:
         """Publish ``value``."""
@@ -153,11 +162,18 @@ class SignalNode(ManagedNode):
             )
         return value
 
+    def _report_cut_off(self) -> list[Status]:
+        more, self._reported_cut_off = self.cut_off - self._reported_cut_off, self.cut_off
+        if not more:
+            return []
+        words = f'the output was cut off at {self.values["output_limit"]:g} in {more} samples'
+        return [Status(WARN, words, {})]
+
     def report(self) -> Status:
         """Return the figures of pace and inputs; the worst of their findings is the level."""
         assert self.pace is not None
         pace = self.pace.report()
-        found = [pace, *self.inputs.report()]
+        found = [pace, *self.inputs.report(), *self._report_cut_off()]
         values = {key: value for each in found for key, value in each.values.items()}
         findings = [each.message for each in found if each.level != OK]
         level = max(each.level for each in found)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ..runtime.cdr import unpacked
 from ..runtime.duration_histogram import DurationHistogram
 from ..runtime.figures import InputFigures
-from ..runtime.stamped_input import StampedInput
+from ..runtime.stamped_input import Dropped, StampedInput
 from ..runtime.tick_grid import SECOND
 from .endpoints import Endpoints, InfoCallback
 from .info import number_of
@@ -38,7 +38,8 @@ class StampedInputs:
         self.samples = [StampedInput() for _ in signals]
         self.silent = [False] * len(signals)
         self.quiet: list[str] = []
-        self._reported_not_finite = [False] * len(signals)
+        self._logged: set[str] = set()
+        self._reported = [Dropped() for _ in signals]
         self.ages = [DurationHistogram() for _ in signals]
         self.delays = [DurationHistogram() for _ in signals]
         self.margin: DelayMargin | None = None
@@ -48,16 +49,25 @@ class StampedInputs:
 
         def receive(data: bytes, info: dict[str, Any]) -> None:
             samples, value = self.samples[i], unpacked(data)
-            before = samples.not_finite
+            before = samples.dropped
             samples.push(self._node.stamp_of(info), value, number_of(info))
-            if samples.not_finite > before and not self._reported_not_finite[i]:
-                self._reported_not_finite[i] = True
-                self._log.warning(
-                    f'input {self.signals[i]} sent {value}; samples that are not '
-                    'finite are dropped and counted in the diagnostics'
-                )
+            if samples.dropped is not before:
+                self._log_once(self.signals[i], value)
 
         return receive
+
+    def limit(self, magnitude: float) -> None:
+        """Drop samples of larger ``magnitude`` from now on."""
+        for samples in self.samples:
+            samples.limit = magnitude
+
+    def _log_once(self, signal: str, value: float) -> None:
+        if signal not in self._logged:
+            self._logged.add(signal)
+            self._log.warning(
+                f'input {signal} sent {value:g}; samples that are not finite, beyond input_limit '
+                'or alone far off are dropped and counted in the diagnostics'
+            )
 
     def ready(self, n: int) -> bool:
         """Return True: a step takes what has come."""
@@ -98,12 +108,28 @@ class StampedInputs:
         """Return the figures; WARN when an input is silent, has two writers, or comes late."""
         figures = {k: v for i in range(len(self.signals)) for k, v in self._values(i).items()}
         found = [Status(OK, '', figures)]
+        if dropped := self._newly_dropped():
+            found.append(Status(WARN, dropped, {}))
+        found += [Status(WARN, words, {}) for words in self._node.incompatible.values()]
         if several := self._node.several_writers():
             found.append(Status(WARN, several, {}))
         if self.quiet:
             found.append(Status(WARN, f'silent, counted as 0: {", ".join(self.quiet)}', {}))
         delayed = self._judge_delays()
         return [*found, delayed] if delayed else found
+
+    def _newly_dropped(self) -> str:
+        """Say which inputs had samples dropped since the last report, and how many."""
+        words = []
+        for i, signal in enumerate(self.signals):
+            dropped = self.samples[i].dropped
+            more, self._reported[i] = dropped.since(self._reported[i]), dropped
+            if any(more):
+                words.append(
+                    f'{signal}: {more.not_finite} not finite, {more.out_of_range} beyond '
+                    f'input_limit, {more.outliers} alone far off'
+                )
+        return f'samples dropped ({"; ".join(words)})' if words else ''
 
     def _values(self, i: int) -> dict[str, object]:
         samples = self.samples[i]
@@ -114,7 +140,7 @@ class StampedInputs:
             samples.lost,
             samples.gaps,
             samples.out_of_order,
-            samples.not_finite,
+            *samples.dropped,
             *percentiles,
         ).values(self.signals[i])
 

@@ -73,6 +73,8 @@ class InputFigures(NamedTuple):
     gaps: int
     out_of_order: int
     not_finite: int
+    out_of_range: int
+    outliers: int
     period: Percentiles | None
     jitter: Percentiles | None
     age: Percentiles | None
@@ -91,13 +93,15 @@ class InputFigures(NamedTuple):
     @classmethod
     def read(cls, values: Mapping[str, str], signal: str) -> InputFigures | None:
         """Return what :meth:`values` wrote, None where it is not there."""
-        if any(f'{signal}.{name}' not in values for name in cls._fields[:5]):
+        if any(f'{signal}.{name}' not in values for name in cls._fields[:7]):
             return None
-        received, lost, gaps, late, bad = (int(values[f'{signal}.{n}']) for n in cls._fields[:5])
-        period, jitter, age, delay = (
-            Percentiles.read(values, f'{signal}.{name}') for name in cls._fields[5:]
+        received, lost, gaps, late, bad, far, alone = (
+            int(values[f'{signal}.{name}']) for name in cls._fields[:7]
         )
-        return cls(received, lost, gaps, late, bad, period, jitter, age, delay)
+        period, jitter, age, delay = (
+            Percentiles.read(values, f'{signal}.{name}') for name in cls._fields[7:]
+        )
+        return cls(received, lost, gaps, late, bad, far, alone, period, jitter, age, delay)
 
 
 def inputs_in(values: Mapping[str, str]) -> dict[str, InputFigures]:

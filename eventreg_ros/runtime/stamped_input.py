@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from typing import NamedTuple
 
 from ..simulation.hold import line
 from .duration_histogram import DurationHistogram
@@ -34,13 +35,32 @@ GUARD = 0.125
 """Samples stamped within this part of a step before its end belong to the next one."""
 
 
+JUMP = 5.0
+"""A sample further than this from the one before is believed once the next one is near it."""
+
+
+class Dropped(NamedTuple):
+    """How many samples were not believed: not finite, beyond the limit, alone far off."""
+
+    not_finite: int = 0
+    out_of_range: int = 0
+    outliers: int = 0
+
+    def since(self, before: Dropped) -> Dropped:
+        """Return how many more there are than ``before``."""
+        return Dropped(*(now - then for now, then in zip(self, before, strict=True)))
+
+
 class StampedInput:
     """The samples of one input, by time stamp in nanoseconds."""
 
     def __init__(self) -> None:
         self._kept: deque[tuple[int, float]] = deque(maxlen=KEPT)
         self.received = 0
-        self.not_finite = 0
+        self.dropped = Dropped()
+        self.limit = math.inf
+        """Samples of larger magnitude are dropped."""
+        self._suspect: tuple[int, float] | None = None
         self.out_of_order = 0
         self.lost = 0
         self.gaps = 0
@@ -57,29 +77,55 @@ class StampedInput:
         """The stamp of the newest sample, or None when nothing has arrived."""
         return self._kept[-1][0] if self._kept else None
 
+    @property
+    def _last_seen(self) -> int | None:
+        """The stamp of the newest sample, believed or not yet."""
+        return self._suspect[0] if self._suspect is not None else self.last_stamp
+
     def push(self, stamp: int, value: float, number: int | None = None) -> bool:
         """Take a sample with its writer's ``number``, where it is known.
 
-        Returns False, and counts it, when it is not finite or comes after a newer one, or twice. A
-        number that was left out counts as lost.
+        Returns False, and counts it, when it is not finite, beyond the limit, comes after a newer
+        one, or twice, or is not believed yet. A number that was left out counts as lost.
         """
-        since = (stamp - self._kept[-1][0]) / SECOND if self._kept else None
+        last = self._last_seen
+        since = None if last is None else (stamp - last) / SECOND
         if number is not None:
             self._note_number(number, since)
-        if not math.isfinite(value):
-            self.not_finite += 1
+        if not abs(value) <= self.limit:
+            self._drop(value)
             return False
         if since is not None:
             if since < -RESTART:
                 self._kept.clear()
+                self._suspect = None
             elif since <= 0.0:
                 self.out_of_order += 1
                 return False
             else:
                 self._note_period(since)
         self.received += 1
-        self._kept.append((stamp, value))
-        return True
+        return self._believe((stamp, value))
+
+    def _drop(self, value: float) -> None:
+        bad, far, alone = self.dropped
+        infinite = not math.isfinite(value)
+        self.dropped = Dropped(bad + infinite, far + (not infinite), alone)
+
+    def _believe(self, sample: tuple[int, float]) -> bool:
+        """Keep a sample that is near the last one, or, after a jump, near the one that jumped."""
+        suspect, self._suspect = self._suspect, None
+        if self._kept and abs(sample[1] - self._kept[-1][1]) > JUMP:
+            if suspect is None or abs(sample[1] - suspect[1]) > JUMP:
+                self._suspect = sample
+            else:
+                self._kept.append(suspect)
+                suspect = None
+        if suspect is not None:
+            self.dropped = self.dropped._replace(outliers=self.dropped.outliers + 1)
+        if self._suspect is None:
+            self._kept.append(sample)
+        return self._suspect is None
 
     def _note_number(self, number: int, since: float | None) -> None:
         """Count the samples between the last one and ``number``, if the same writer sent both.

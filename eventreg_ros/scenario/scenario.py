@@ -9,6 +9,7 @@ from typing import Any
 from ..control.adaptive import GAIN, adaptive
 from ..errors import EventregError, ScenarioError
 from ..models.catalogue import model_of
+from ..models.limited import limited
 from ..models.roles import ROLES
 from ..simulation.block import BlockSpec
 from ..simulation.loop import Loop
@@ -316,6 +317,8 @@ def block_spec(node: str, values: Values) -> BlockSpec:
     if model.learns is not None and values.get(GAIN):
         model = adaptive(model)
         x0 += tuple(values[parameter] for parameter in model.learned)
+    if values['output_limit']:
+        model = limited(model, values['output_limit'])
     signs = (('excitatory', 1.0), ('inhibitory', -1.0))
     return BlockSpec(
         name=node,

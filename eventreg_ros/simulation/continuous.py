@@ -92,7 +92,7 @@ class _Integration:
             states = self._segment(x, a, b, np.clip(t[first:last], a, b))
             found[:, first:last], x = states[:, : last - first], states[:, -1]
         v = [np.array([each(time) for time in t.tolist()]) for each in self._stimuli]
-        values = self._system.signals(v, found)
+        values = self._system.signals_over(v, found)
         signals = {n: values[i] + np.zeros(len(t)) for n, i in self._system.slots.items()}
         return signals, x.tolist()
 

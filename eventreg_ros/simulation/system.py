@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..errors import EventregError
 from ..models import Model, Params
 from .block import BlockSpec
 from .hold import drive as add_up
 from .loop import Loop
+from .trajectory import Array
 
 
 class _Part(NamedTuple):
@@ -77,6 +80,13 @@ class System:
             state, drive = x[part.first : part.last], self._drive(part, values)
             values[part.slot] = part.model.output(state, drive, part.params)
         return values
+
+    def signals_over(self, v: Sequence[Array], x: Array) -> list[Array]:
+        """Return all signals, by slot, for ``x`` of shape (states, n) and each of ``v`` of (n,)."""
+        if not any(part.model.pointwise for part in self._parts):
+            return self.signals(v, x)
+        rows = [self.signals([each[i] for each in v], x[:, i].tolist()) for i in range(x.shape[1])]
+        return list(np.array(rows).reshape(len(rows), 1 + len(self.slots)).T)
 
     def derivative(self, v: Sequence[float], x: Any) -> list[float]:
         """Return x' by model time."""

@@ -164,7 +164,7 @@ def test_a_sample_that_is_not_finite_is_dropped_and_counted(bench, bad):
     w = bench.peer.create_publisher(Float64, 'w', 10)
     bench.until(lambda: w.get_subscription_count() == 1)
     w.publish(Float64(data=bad))
-    bench.until(lambda: node.inputs.samples[0].not_finite == 1)
+    bench.until(lambda: node.inputs.samples[0].dropped.not_finite == 1)
     count = len(heard)
     bench.until(lambda: len(heard) > count + 5)
     assert all(math.isfinite(m.data) for m in heard)

@@ -99,7 +99,8 @@ def test_what_may_be_set_while_running_is_the_contract_and_what_only_warns():
         margins = {'delay_margin', 'delay_margin_zero', 'delay_warn'}
         live = {p.name for p in NODES[node] if p.settable == 'active'}
         learning = {'adapt', 'tau_min', 'tau_max'} if node == 'controller' else set()
-        assert live == {'k', 'tau', 'gain', 'time_scale', *margins, *learning}
+        limits = {'input_limit', 'output_limit', 'recover'}
+        assert live == {'k', 'tau', 'gain', 'time_scale', *limits, *margins, *learning}
 
 
 @pytest.mark.parametrize(('node', 'parameter'), EVERY, ids=IDS)

@@ -1,0 +1,134 @@
+"""In front of a real plant: outliers, limits, faults, QoS and clocks that do not fit."""
+
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64
+
+from eventreg_ros import simulate
+from eventreg_ros.nodes.block import BlockNode
+
+CONTROLLER = partial(BlockNode, 'controller')
+OK, WARN = DiagnosticStatus.OK, DiagnosticStatus.WARN
+
+
+@pytest.fixture
+def plant(bench):
+    """A foreign plant: it sends y = 0 every 5 ms, unless told otherwise; u is kept."""
+
+    class Plant:
+        def __init__(self):
+            self.u = bench.heard(Float64, 'u')
+            self.publisher = bench.peer.create_publisher(Float64, 'y', 100)
+            self.bad, self.sent = [], 0
+            self.timer = bench.peer.create_timer(0.005, self.send)
+
+        def send(self):
+            value = self.bad.pop(0) if self.bad else 0.0
+            self.sent += 1
+            self.publisher.publish(Float64(data=value))
+
+    return Plant()
+
+
+@pytest.fixture
+def status(bench):
+    said = bench.heard(DiagnosticArray, '/diagnostics')
+
+    def all_of_them():
+        return [s for array in said for s in array.status if 'controller' in s.name]
+
+    return all_of_them
+
+
+def warned(statuses, words):
+    """Whether a warning in these words has come, not necessarily last."""
+    return any(s.level == WARN and words in s.message for s in statuses)
+
+
+@pytest.mark.parametrize('bad', [1000.0, 60.0, 1e308, math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize('times', [1, 7])
+def test_what_no_plant_sends_is_dropped_and_u_stays_as_it_was(bench, plant, status, bad, times):
+    node = bench.add(CONTROLLER)
+    bench.until(lambda: node.inputs.samples[0].received > 20)
+    lone = abs(bad) <= 100.0
+    for _ in range(times):
+        plant.bad += [bad] if lone or times == 1 else [bad, bad]
+        sent = plant.sent
+        bench.until(lambda sent=sent: plant.sent > sent + 5)
+    dropped = node.inputs.samples[0].dropped
+    bench.until(lambda: sum(node.inputs.samples[0].dropped) >= times)
+    assert dropped.outliers == 0 or lone
+    # Without an input the oscillator never exceeds 2.2: u shows nothing of what was sent.
+    assert max(abs(m.data) for m in plant.u) < 2.5
+    assert node.stage == 'active'
+    bench.until(lambda: warned(status(), 'samples dropped'))
+    bench.until(lambda: status()[-1].level == OK)
+
+
+def test_a_jump_that_stays_is_believed_with_the_second_sample(bench, plant):
+    node = bench.add(CONTROLLER)
+    bench.until(lambda: node.inputs.samples[0].received > 20)
+    plant.bad += [8.0] * 40
+    bench.until(lambda: node.inputs.samples[0]._kept[-1][1] == 8.0)
+    assert node.inputs.samples[0].dropped.outliers == 0
+
+
+def test_the_limit_may_be_set_while_it_runs(bench, plant):
+    node = bench.add(CONTROLLER)
+    bench.until(lambda: node.inputs.samples[0].received > 5)
+    assert node.set_parameters([Parameter('input_limit', value=0.5)])[0].successful
+    plant.bad += [0.7] * 3
+    bench.until(lambda: node.inputs.samples[0].dropped.out_of_range == 3)
+
+
+def test_the_output_is_cut_off_and_it_is_reported(bench, plant, status):
+    node = bench.add(CONTROLLER, 'output_limit:=1.0', 'time_scale:=100.0')
+    bench.until(lambda: node.cut_off > 3)
+    assert max(abs(m.data) for m in plant.u) == 1.0
+    bench.until(lambda: warned(status(), 'cut off at 1'))
+
+
+def test_simulations_cut_the_output_off_alike():
+    limited = [simulate_limited(sampled).signals['u'] for sampled in (True, False)]
+    for u in limited:
+        assert np.abs(u).max() == 1.5
+        assert (np.abs(u) == 1.5).sum() > 100
+
+
+def simulate_limited(sampled):
+    from eventreg_ros import load
+
+    return simulate(load('exact', 'controller.output_limit:=1.5'), 100.0, sampled=sampled)
+
+
+def test_a_fault_recovers_by_itself_where_that_is_wanted(bench, plant):
+    node = bench.add(CONTROLLER, 'recover:=0.2')
+    bench.until(lambda: node.n > 5)
+    node.block.x = (1e200, 0.0, 0.0, 0.0)
+    bench.until(lambda: node.fault is not None)
+    bench.until(lambda: node.stage == 'active')
+    assert node.fault is None
+    assert max(abs(x) for x in node.block.x) < 3.0
+    stays = bench.add(partial(BlockNode, 'reference'), 'x0:=[1.0e200, 0.0]')
+    bench.until(lambda: stays.fault is not None)
+    bench.spin(0.3)
+    assert stays.stage == 'unconfigured'
+
+
+def test_a_best_effort_publisher_is_named_with_the_cure(bench, status):
+    qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    bench.peer.create_publisher(Float64, 'y', qos)
+    bench.add(CONTROLLER)
+    cure = 'qos_overrides./y.subscription.reliability:=best_effort'
+    bench.until(lambda: warned(status(), cure))
+
+
+def test_without_a_clock_simulation_time_is_a_warning(bench, status):
+    bench.add(CONTROLLER, 'use_sim_time:=true')
+    bench.until(lambda: warned(status(), 'waits for /clock'))
