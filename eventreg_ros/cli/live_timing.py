@@ -4,9 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ..runtime.figures import Percentiles, TickFigures, inputs_in
+from ..runtime.figures import LATE, Percentiles, TickFigures, inputs_in
 
 Measured = Mapping[str, Mapping[str, str]]
+
+
+def matters(warnings: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """Return the warnings that can have to do with the verdict: all but those of late ticks alone.
+
+    A tick so late that the loop feels it makes a measured delay, and that is warned of by itself.
+    """
+    kept = {
+        node: [m for m in messages if not all(p.startswith(LATE) for p in m.split('; '))]
+        for node, messages in warnings.items()
+    }
+    return {node: messages for node, messages in kept.items() if messages}
 
 
 def tables(measured: Measured, warnings: Mapping[str, Sequence[str]]) -> str:

@@ -40,10 +40,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--lockstep',
         action='store_true',
-        help='as fast as the nodes go, to the same bits as simulate --sampled; S is simulated',
+        help='run as fast as possible; bit-identical to simulate --sampled; S counts simulated '
+        'seconds',
     )
     parser.add_argument(
-        '--composed', action='store_true', help='all nodes in one process and one executor'
+        '--composed', action='store_true', help='run all nodes in one process and one executor'
+    )
+    parser.add_argument(
+        '--timing', action='store_true', help='print what each node measured of its own time'
     )
     add_link(parser)
     add_at(parser, 'S', 'seconds')
@@ -73,11 +77,14 @@ def main(args: argparse.Namespace) -> int:
         settle=args.settle,
         window=args.window,
     )
-    return show(found, args.json)
+    return show(found, args.json, args.timing)
 
 
-def show(found: LiveRun, json: Path | None) -> int:
-    """Print what came of the run and return the exit code."""
+def show(found: LiveRun, json: Path | None, timing: bool = False) -> int:
+    """Print what came of the run and return the exit code.
+
+    The tables of ``timing`` come as well where a node warned of what can matter to the verdict.
+    """
     broken = '; '.join(found.troubles)
     if found.analysis is None:
         fail(f'{broken}; {found.unjudged}')
@@ -86,8 +93,9 @@ def show(found: LiveRun, json: Path | None) -> int:
     warn(report.evidence.warnings)
     print(f'bag: {found.bag}')
     print(table(report))
-    if found.measured:
-        print(live_timing.tables(found.measured, found.warnings))
+    warnings = found.warnings if timing else live_timing.matters(found.warnings)
+    if found.measured and (timing or warnings):
+        print(live_timing.tables(found.measured, warnings))
     write_json(json, as_json(report))
     if broken:
         fail(broken)

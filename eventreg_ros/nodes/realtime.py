@@ -7,7 +7,7 @@ import time
 from typing import Any, NamedTuple
 
 from ..runtime.duration_histogram import DurationHistogram
-from ..runtime.figures import TickFigures
+from ..runtime.figures import LATE, TickFigures
 from ..runtime.tick_grid import SECOND, TickGrid
 from .endpoints import Endpoints
 from .managed import ERROR, OK, WARN, FaultError, Status
@@ -170,7 +170,7 @@ class RealTime:
         steps_late = self.lateness.take_recent() * self._timing.rate
         if steps_late >= self._timing.late_warn:
             level = ERROR if steps_late >= self._timing.late_error else WARN
-            return level, f'the last second had a tick {steps_late:.1f} steps late'
+            return level, f'{LATE} {steps_late:.1f} steps late'
         if self.dropped > self._reported_dropped:
             self._reported_dropped = self.dropped
             return WARN, f'{self.dropped} steps dropped'

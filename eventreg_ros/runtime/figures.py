@@ -10,6 +10,9 @@ from typing import NamedTuple
 
 STEP = 'step'
 
+LATE = 'the last second had a tick'
+"""How the message begins that a node's ticks were late."""
+
 
 class Percentiles(NamedTuple):
     """The 50th and the 99th percentile and the largest of some durations, in seconds."""

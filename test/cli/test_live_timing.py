@@ -1,0 +1,45 @@
+"""Which of the nodes' warnings are shown after a run: those that can matter to the verdict."""
+
+import pytest
+
+from eventreg_ros.cli import live_timing
+from eventreg_ros.cli.run import show
+from eventreg_ros.runtime.figures import LATE, Percentiles, TickFigures
+from eventreg_ros.session.live import LiveRun
+
+LATE_TICK = f'{LATE} 1.6 steps late'
+DELAY = 'the measured delay of w (35.0 ms, 0.350 of model time) comes near the delay margin (0.4)'
+
+
+def test_late_ticks_alone_do_not_matter_and_everything_else_does():
+    warnings = {
+        'plant': [LATE_TICK, LATE_TICK],
+        'controller': [f'{LATE_TICK}; {DELAY}', LATE_TICK],
+        'exosystem': ['12 steps dropped'],
+    }
+    assert live_timing.matters(warnings) == {
+        'controller': [f'{LATE_TICK}; {DELAY}'],
+        'exosystem': ['12 steps dropped'],
+    }
+
+
+@pytest.mark.parametrize(
+    ('warning', 'timing', 'shown'),
+    [(LATE_TICK, False, False), (LATE_TICK, True, True), (DELAY, False, True)],
+)
+def test_the_tables_come_when_asked_for_or_when_they_matter(
+    capsys, make_bag, warning, timing, shown
+):
+    from eventreg_ros.analysis.recorded import analyze
+
+    analysis = analyze(make_bag(w=[110, 140, 170, 200], y=[], u=[]))
+    ticks = TickFigures(800, 0, 0, 0, 0, Percentiles(0.0002, 0.0012, 0.008))
+    measured = {'plant': {key: str(value) for key, value in ticks.values().items()}}
+    found = LiveRun(
+        analysis.scenario, 'bag', analysis, measured=measured, warnings={'plant': [warning]}
+    )
+    show(found, None, timing)
+    out = capsys.readouterr().out
+    assert ('late p50' in out) == shown
+    assert (warning in out) == shown
+    assert 'verdict: rejected' in out
