@@ -55,7 +55,7 @@ def warned(statuses, words):
 @pytest.mark.parametrize('times', [1, 7])
 def test_what_no_plant_sends_is_dropped_and_u_stays_as_it_was(bench, plant, status, bad, times):
     node = bench.add(CONTROLLER)
-    bench.until(lambda: node.inputs.samples[0].received > 20)
+    bench.until(lambda: node.inputs.samples[0].received > 20 and status())
     lone = abs(bad) <= 100.0
     for _ in range(times):
         plant.bad += [bad] if lone or times == 1 else [bad, bad]
