@@ -51,7 +51,7 @@ class McapStorage:
         self._start, self._end = 2**63 - 1, 0
         self._pieces: list[bytes] = []
         self._size = 0
-        self._index: dict[int, list[tuple[int, int]]] = {}
+        self._index: dict[int, list[bytes]] = {}
         self._first, self._last = 2**63 - 1, 0
         self._put(MAGIC + record(mcap.HEADER, sized('ros2'), sized('eventreg_ros')))
 
@@ -88,7 +88,7 @@ class McapStorage:
         pieces = self._pieces
         for stamp, row in rows:
             for number, index, data in zip(channels, indices, row, strict=True):
-                index.append((stamp, at))
+                index.append(_PAIR.pack(stamp, at))
                 pieces += (_MESSAGE.pack(5, 22 + len(data), number, 0, stamp, stamp), data)
                 at += _MESSAGE.size + len(data)
         self._size = at
@@ -111,8 +111,8 @@ class McapStorage:
         places = self._size + np.arange(len(stamps)) * _FLOAT64.itemsize
         for number in np.unique(channels).tolist():
             which = channels == number
-            pairs = zip(stamps[which].tolist(), places[which].tolist(), strict=True)
-            self._index.setdefault(number, []).extend(pairs)
+            entries = np.stack([stamps[which], places[which]], 1).astype('<i8')
+            self._index.setdefault(number, []).append(entries.tobytes())
             self._written[number] += int(np.count_nonzero(which))
         self._add(table.tobytes())
         self._reach(int(stamps[0]), int(stamps[-1]))
@@ -143,8 +143,8 @@ class McapStorage:
         end, offsets = self._at, {}
         for number, entries in self._index.items():
             offsets[number] = self._at
-            packed = b''.join(_PAIR.pack(*entry) for entry in entries)
-            self._put(record(mcap.MESSAGE_INDEX, _U16.pack(number), sized(packed)))
+            packed = sized(b''.join(entries))
+            self._put(record(mcap.MESSAGE_INDEX, _U16.pack(number), packed))
         numbers = struct.pack('<QQQQ', first, self._last, begin, end - begin)
         sizes = _PAIR.pack(len(data), len(data))
         self._indices.append(

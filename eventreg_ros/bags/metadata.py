@@ -12,6 +12,8 @@ from .channel import absolute
 INFORMATION = 'rosbag2_bagfile_information'
 SCENARIO_KEY = 'eventreg_ros.scenario'
 NAME_KEY = 'eventreg_ros.scenario_name'
+TOPICS_KEY = 'eventreg_ros.topics'
+"""Signals that were recorded under another name: y:=/arm/membrane w:=/generator/out."""
 
 MOST = 8 * 2**20
 """A text of more characters than this is not parsed."""

@@ -13,7 +13,7 @@ from .channel import Account, Channel, Messages, Select, Taker, UnreadableError,
 from .files import BagFiles, bag_files, sidecar
 from .finding import Finding, Note
 from .integrity import Track, believed
-from .metadata import NAME_KEY, SCENARIO_KEY
+from .metadata import NAME_KEY, SCENARIO_KEY, TOPICS_KEY
 from .reading import Reading
 from .recording import Recording, Stamped, earliest
 from .storages import read_file
@@ -50,7 +50,13 @@ def read_bag(
 def _read(path: Path, choice: Choice, time: str | None) -> Recording:
     reading = Reading(choice, time == 'header')
     files = bag_files(path)
+    choice.recorded_as(files.metadata.custom.get(TOPICS_KEY, '') if files.metadata else '')
     accounts, notes = _read_files(files, reading.select)
+    for account in accounts:
+        choice.recorded_as(account.custom.get(TOPICS_KEY, ''))
+    if choice.lacks(reading.series):  # what the file says at its end, it says too late
+        reading = Reading(choice, time == 'header')
+        accounts, notes = _read_files(files, reading.select)
     for channel in (channel for account in accounts for channel in account.channels):
         reading.select(channel)  # those without a message, too
     sources = reading.choice.named(reading.series)

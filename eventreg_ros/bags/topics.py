@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 from ..errors import BagError
@@ -114,7 +115,20 @@ class Choice:
         what = f'has no number {field}' if field else 'needs a field'
         raise BagError(f'{topic} ({name}) {what}; it has {known or "no numbers at all"}')
 
+    def recorded_as(self, text: str) -> None:
+        """Take over what the recorder says of remapped signals; who asks otherwise is obeyed."""
+        for part in text.split():
+            with suppress(BagError):
+                want = parse(part)
+                if not want.field and want.signal not in (w.signal for w in self.wanted):
+                    self.wanted.append(want)
+
     # Once all is read ---------------------------------------------------------------------------
+
+    def lacks(self, read: Collection[Source]) -> bool:
+        """Whether a topic that is there was not read since nobody knew that it is wanted."""
+        wanted = [Source(w.topic, w.field) for w in self.wanted if w.topic in self.seen]
+        return any(source not in read for source in wanted)
 
     def named(self, read: Iterable[Source]) -> dict[str, Source]:
         """Return the sources by signal. Raises BagError where it is not clear which are meant."""

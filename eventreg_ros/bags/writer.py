@@ -14,7 +14,7 @@ from .channel import FLOAT64, Index, Stamps
 from .files import SIDECAR
 from .mcap_writer import McapStorage
 from .messages import Values
-from .metadata import NAME_KEY, SCENARIO_KEY
+from .metadata import NAME_KEY, SCENARIO_KEY, TOPICS_KEY
 
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer
@@ -52,6 +52,13 @@ class BagWriter:
         self._connections[topic] = self._writer.add_connection(
             topic, msgtype, typestore=self._store
         )
+
+    def name_signals(self, topics: Mapping[str, str]) -> None:
+        """Say which topic each signal is on, so that remapped ones are found again."""
+        other = {s: t for s, t in topics.items() if t.rpartition('/')[2] != s.rpartition('/')[2]}
+        if other:
+            text = ' '.join(f'{signal}:={topic}' for signal, topic in other.items())
+            self._writer.set_custom_data(TOPICS_KEY, text)
 
     def write(self, topic: str, stamp: int, data: bytes) -> None:
         """Write one serialized message (CDR) with its time stamp in nanoseconds."""

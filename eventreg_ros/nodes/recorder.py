@@ -44,6 +44,7 @@ class Recorder(ManagedNode):
             path, values['storage'], _scenario_text(values['scenario']), values['scenario_name']
         )
         self.stack.callback(self._close)
+        self.writer.name_signals({s: self.resolve_topic_name(s) for s in values['signals']})
         self.get_logger().info(f'recording to {path}')
         self.recorded: dict[str, int] = {}
         if values['lockstep']:

@@ -276,3 +276,22 @@ def test_publish_times_that_are_not_plausible(tmp_path, mcap, publish):
     assert recording.time == 'log'
     assert np.array_equal(recording.signals['y'].stamps, stamps)
     assert recording.findings == ()
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_signals_that_were_remapped_are_found_again(tmp_path, storage):
+    writer = BagWriter(tmp_path / 'bag', storage, None, None)
+    topics = {'w': '/lab/w', 'y': '/arm/membrane', 'u': '/lab/u'}
+    writer.name_signals(topics)
+    for i, topic in enumerate(topics.values()):
+        writer.add(topic, 'std_msgs/msg/Float64')
+        writer.write(topic, START, b'\x00\x01\x00\x00' + np.float64(i).tobytes())
+    writer.close()
+    (file,) = (f for f in (tmp_path / 'bag').iterdir() if f.suffix in ('.mcap', '.db3'))
+    for path in (tmp_path / 'bag', file):
+        recording = read_bag(path, 'lab')
+        assert {n: s.values.tolist() for n, s in recording.signals.items()} == {
+            'w': [0.0], 'y': [1.0], 'u': [2.0],
+        }  # fmt: skip
+        assert recording.topics == topics
+        assert read_bag(path, topics=['y:=/lab/u']).topics['y'] == '/lab/u'

@@ -95,6 +95,22 @@ def test_the_recorder_keeps_values_and_the_time_of_sending(bench, tmp_path, stor
     assert recording.name == 'mine'
 
 
+def test_the_recorder_records_a_remapped_signal_and_says_which_it_is(bench, tmp_path):
+    node = bench.add(
+        Recorder, "signals:=['y', 'u']", f'path:={tmp_path / "bag"}',
+        arguments=['-r', 'y:=/arm/membrane', '-r', '__ns:=/lab'],
+    )  # fmt: skip
+    y = bench.peer.create_publisher(Float64, '/arm/membrane', 10)
+    bench.until(lambda: y.get_subscription_count() == 1)
+    y.publish(Float64(data=0.25))
+    bench.until(lambda: node.recorded['y'] == 1)
+    node.close()
+    bench.nodes.remove(node)
+    recording = read_bag(tmp_path / 'bag')
+    assert recording.signals['y'].values.tolist() == [0.25]
+    assert recording.topics['y'] == '/arm/membrane'
+
+
 def test_the_recorder_refuses_a_bag_that_exists(bench, tmp_path):
     with pytest.raises(EventregError, match='exists already'):
         bench.add(Recorder, f'path:={tmp_path}')
