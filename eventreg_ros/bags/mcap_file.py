@@ -42,10 +42,10 @@ class _Pass:
         """Read the file; what is wrong with it is in the account."""
         if self.summary.data_crc:
             self.tape.crc = 0
-        if self.tape.view(len(MAGIC))[: len(MAGIC)] != MAGIC:
-            self.trouble.hole(len(MAGIC), None)
         if self.summary.whole:
             self.tape.size -= len(MAGIC)
+        if self.tape.view(len(MAGIC))[: len(MAGIC)] != MAGIC:
+            self.trouble.hole(len(MAGIC), None)
         self.tape.drop(len(MAGIC))
         while self._step():
             pass

@@ -23,7 +23,7 @@ CHUNK_HEAD = struct.Struct('<QQQI')
 FOOTER_BODY = struct.Struct('<QQI')
 _STATISTICS = struct.Struct('<QHIIIIQQ')
 _U16, _U32, _U64 = struct.Struct('<H'), struct.Struct('<I'), struct.Struct('<Q')
-_COUNT = struct.Struct('<HQ')
+_COUNT, _INDEX = struct.Struct('<HQ'), struct.Struct('<HI')
 
 Buffer = bytes | memoryview
 
@@ -121,9 +121,12 @@ def chunk(body: Buffer) -> Chunk:
 
 def index_entries(body: Buffer) -> tuple[int, int]:
     """Return channel and number of messages of a MessageIndex record. Raises DamagedError."""
-    fields = _Reader(body)
-    number = fields.number(_U16)
-    return number, len(fields.data()) // 16
+    if len(body) < _INDEX.size:
+        raise DamagedError('a record ends too early')
+    number, length = _INDEX.unpack_from(body)
+    if _INDEX.size + length > len(body):
+        raise DamagedError('a record ends too early')
+    return number, length // 16
 
 
 def statistics(body: Buffer) -> dict[int, int]:

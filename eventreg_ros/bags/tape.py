@@ -32,40 +32,44 @@ class Tape:
 
     def view(self, least: int) -> memoryview:
         """Return what comes next: ``least`` bytes or more, fewer at the end or beyond ROOM."""
-        if self._end - self._begin < min(least, self.left, len(self._buffer)):
+        have = self._end - self._begin
+        if have < least and have < min(self.left, len(self._buffer)):
             self._fill()
-        return self._buffer[self._begin : min(self._end, self._begin + self.left)]
+        return self._buffer[self._begin : self._end]
 
     def _fill(self) -> None:
         kept = self._end - self._begin
         self._buffer[:kept] = bytes(self._buffer[self._begin : self._end])
         self._begin, self._end = 0, kept
-        while self._end < len(self._buffer):
-            n = self._file.readinto(self._buffer[self._end :])  # type: ignore[attr-defined]
-            if not n:
-                self.size = min(self.size, self.at + self._end)
+        most = min(len(self._buffer), self.left)
+        while self._end < most:
+            n = self._file.readinto(self._buffer[self._end : most])  # type: ignore[attr-defined]
+            if not n:  # the file has become shorter
+                self.size = self.at + self._end
                 return
             self._end += n
 
     def drop(self, count: int, crc: int | None = None) -> None:
         """Move on by ``count`` bytes; ``crc`` is their checksum where the caller knows it."""
-        while count:
-            seen = self.view(1)[:count]
-            if not seen:
-                return
-            if self.crc is None and count > len(seen):
-                self._seek(count)
-                return
+        whole = count <= self._end - self._begin
+        if self.crc is None and not whole:
+            self._seek(count)
+        elif self.crc is not None and whole and crc is not None:
+            self.crc = joined(self.crc, crc, count)
+            self._advance(count)
+        else:
+            self._pass(count)
+
+    def _pass(self, count: int) -> None:
+        while count and (seen := self.view(1)[:count]):
             if self.crc is not None:
-                whole = crc is not None and len(seen) == count
-                self.crc = (
-                    joined(self.crc, crc, count)
-                    if whole and crc is not None
-                    else crc32(seen, self.crc)
-                )
-            self._begin += len(seen)
-            self.at += len(seen)
+                self.crc = crc32(seen, self.crc)
+            self._advance(len(seen))
             count -= len(seen)
+
+    def _advance(self, count: int) -> None:
+        self._begin += count
+        self.at += count
 
     def _seek(self, count: int) -> None:
         self.at = min(self.at + count, self.size)
