@@ -15,7 +15,7 @@ MAY_IMPORT = {
     'models': 'errors',
     'simulation': 'models errors',
     'control': 'simulation models errors',
-    'theory': 'simulation models errors scenario',
+    'theory': 'control simulation models errors scenario',
     'runtime': 'simulation models errors',
     'scenario': 'runtime control simulation models errors',
     'bags': 'runtime models errors',

@@ -3,8 +3,9 @@
 ``--json F`` writes ``{"scenario", "time", "certificates": [...]}``, ``time`` being the model time
 over which each exponent was averaged. Each certificate is ``{"subject", "claim", "status", "value",
 "meaning", "text", "numbers"}``: ``claim`` is one of ``lemma_1``, ``lemma_2``, ``error_system``,
-``reference_copy``, ``internal_model``, ``single_neuron``, ``hurwitz``, ``francis``, ``wiring``,
-``exponent_driven``, ``exponent_driven_by_v``, ``exponent_quiet``, ``input_induced_contraction``;
+``reference_copy``, ``internal_model``, ``single_neuron``, ``learning``, ``gain_and_delay``,
+``hurwitz``, ``francis``, ``wiring``, ``exponent_driven``, ``exponent_driven_by_v``,
+``exponent_quiet``, ``input_induced_contraction``, ``floquet``;
 ``status`` is ``pass``, ``marginal``, ``none`` or ``fail``; ``value`` is the number behind it or
 null, and ``meaning`` says what it is; ``numbers`` holds the further figures of that claim.
 """
@@ -34,10 +35,13 @@ TITLES = {
     'hurwitz': ('Hurwitz', 'largest real part'),
     'francis': ('steady state (Francis)', 'amplitude of y per amplitude of w'),
     'wiring': ('wiring', ''),
+    'learning': ('learning', 'predicted rate'),
+    'gain_and_delay': ('gain and delay', 'delay margin about'),
     'exponent_driven': (EXPONENT, ''),
     'exponent_driven_by_v': (EXPONENT, ''),
     'exponent_quiet': (EXPONENT, ''),
     'input_induced_contraction': ('input-induced contraction', ''),
+    'floquet': ('Floquet multipliers', 'largest exponent'),
 }
 """For each claim its title and what its number is called; empty where the words give it."""
 

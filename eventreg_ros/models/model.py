@@ -99,7 +99,8 @@ class Model:
     initial state where none is given; None takes the role's. ``confine(x, p)`` brings a state back
     within its bounds after each step. ``observed`` are
     the states that are published beside the output. ``learns`` says how a controller may learn a
-    parameter; ``learned`` names the parameters that are the last states instead.
+    parameter; ``learned`` names the parameters that are the last states instead, in a model made of
+    ``base``.
     """
 
     name: str
@@ -117,6 +118,7 @@ class Model:
     observed: tuple[Observed, ...] = ()
     learns: Learner | None = None
     learned: tuple[str, ...] = ()
+    base: Model | None = None
 
     @property
     def own(self) -> int:

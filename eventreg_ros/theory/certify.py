@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..control.adaptive import fixed
 from ..models.linear import HARMONIC, INTERNAL_MODEL, LAG
 from ..models.neuron import NEURON
 from ..simulation.continuous import StiffError, simulate
 from ..simulation.loop import Loop
+from .adaptation import gain_and_delay, learning
 from .bank import bank
 from .certificates import (
     Certificate,
@@ -17,6 +19,7 @@ from .certificates import (
     lemma,
     reference_copy,
 )
+from .floquet import AperiodicError, floquet
 from .lemmas import Status
 from .linear_certificates import linear_loop
 from .lyapunov import (
@@ -39,13 +42,14 @@ def certify(loop: Loop, time: float = TIME) -> list[Certificate]:
     """Return the certificates of a loop: theory first, then what was measured.
 
     ``time`` is the model time over which each Lyapunov exponent is averaged; at the default the
-    shipped scenarios take one to four seconds.
+    shipped scenarios take two to five seconds.
     """
     published = set(loop.signals)
     certificates: list[Certificate] = []
     for name, block in loop.blocks.items():
         driven = any(signal in published for signal, _ in block.inputs)
-        found = lemma(name, block.model, block.params, driven)
+        alone = fixed(block)
+        found = lemma(name, alone.model, alone.params, driven)
         certificates += [found] if found is not None else []
     wired = circuits(loop)
     if wired is None:
@@ -79,6 +83,10 @@ def _theory(circuit: Circuit) -> list[Certificate]:
     if plant and plant.model is LAG and _is_linear_motif(circuit):
         disturbed = [exosystem.model is HARMONIC for exosystem in exosystems] == [True]
         found += linear_loop(controllers[0].params if controllers else None, disturbed)
+    for controller in controllers:
+        found += [learning(controller, exosystems)] if controller.model.learned else []
+        rule = gain_and_delay(controller, plant, reference)
+        found += [rule] if rule is not None else []
     return found
 
 
@@ -99,7 +107,28 @@ def _measured(loop: Loop, time: float) -> list[Certificate]:
         cases.append(('driven_by_v', 'with v, w = 0', quiet))
     cases.append(('quiet', 'w = v = 0' if v else 'w = 0', quiet.at_rest()))
     found = [_exponent(f'exponent_{claim}', words, case, time) for claim, words, case in cases]
-    return found + ([_induced(found[0], found[-1])] if len(found) > 1 else [])
+    found += [_induced(found[0], found[-1])] if len(found) > 1 else []
+    if len(loop.of_role('exosystem')) == 1:
+        found.append(_multipliers('with w, v = 0' if v else 'with w', loop.at_rest()))
+    return found
+
+
+def _multipliers(inputs: str, loop: Loop) -> Certificate:
+    names = [name for role in PERTURBED for name in loop.of_role(role)]
+    subject = f'{" and ".join(names)}, {inputs}'
+    meaning = 'largest Floquet exponent along w per unit of model time'
+    try:
+        found = floquet(loop)
+    except (AperiodicError, NoJacobianError, StiffError) as error:
+        return Certificate(subject, 'floquet', 'none', None, meaning, f'Not measured: {error}.')
+    sizes = [abs(each) for each in found.multipliers]
+    status: Status = 'pass' if sizes[0] < 1.0 else 'fail'
+    text = (
+        f'{found.rate:.6f} along a period of w, {found.period:.5f}: the largest multipliers are '
+        f'{", ".join(f"{size:.4g}" for size in sizes[:3])} in magnitude. {WORDS[status]}'
+    )
+    numbers: dict[str, Number] = {'period': found.period, 'multipliers': sizes}
+    return Certificate(subject, 'floquet', status, found.rate, meaning, text, numbers)
 
 
 def _exponent(claim: str, inputs: str, loop: Loop, time: float) -> Certificate:

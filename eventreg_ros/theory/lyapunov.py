@@ -84,12 +84,7 @@ def conditional_exponent(
     """
     if not loop.of_role(*perturbed):
         raise EventregError(f'nothing to perturb: name at least one of {", ".join(perturbed)}')
-    for name, spec in loop.blocks.items():
-        if spec.model.jacobian is None:
-            raise NoJacobianError(
-                f'model {spec.model.name!r} of {name} has no Jacobian, so that no exponent can be '
-                'measured; give the model one'
-            )
+    need_jacobians(loop)
     if not time <= LONGEST:
         raise EventregError(f'the time must be at most {LONGEST:g} of model time, got {time:g}')
     tangent, stimuli = Tangent(loop), list(loop.stimuli.values())
@@ -102,6 +97,16 @@ def conditional_exponent(
     dx = [float(spec.role in perturbed) for spec in loop.blocks.values() for _ in spec.x0]
     breaks = sorted({t for each in stimuli for t in each.breaks(TRANSIENT + time)})
     return largest_exponent(flow, tangent.x0, dx, time, breaks=breaks)
+
+
+def need_jacobians(loop: Loop) -> None:
+    """Raise NoJacobianError when a model of the loop does not say its derivative."""
+    for name, spec in loop.blocks.items():
+        if spec.model.jacobian is None:
+            raise NoJacobianError(
+                f'model {spec.model.name!r} of {name} has no Jacobian, so that no exponent can be '
+                'measured; give the model one'
+            )
 
 
 def largest_exponent(

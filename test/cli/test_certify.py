@@ -10,6 +10,7 @@ from eventreg_ros import scenario
 from eventreg_ros.cli import certify as verb
 from eventreg_ros.cli.main import main
 from eventreg_ros.theory import certify as certificates
+from eventreg_ros.theory.floquet import Floquet
 from eventreg_ros.theory.lyapunov import Exponent
 
 THEORY = {
@@ -18,12 +19,14 @@ THEORY = {
         'plant lemma_1': 'marginal',
         'controller lemma_2': 'pass',
         'controller internal_model': 'pass',
+        'controller gain_and_delay': 'none',
     },
     'mismatch': {
         'exosystem lemma_2': 'pass',
         'plant lemma_1': 'marginal',
         'controller lemma_2': 'pass',
         'controller internal_model': 'fail',
+        'controller gain_and_delay': 'none',
     },
     'open': {
         'exosystem lemma_2': 'pass',
@@ -33,9 +36,14 @@ THEORY = {
         'plant and reference error_system': 'marginal',
         'reference reference_copy': 'fail',
         'controller internal_model': 'fail',
+        'controller gain_and_delay': 'none',
     },
     'uncontrolled': {'exosystem lemma_2': 'pass', 'plant lemma_1': 'marginal'},
-    'quiescent': {'plant lemma_1': 'marginal', 'controller lemma_2': 'pass'},
+    'quiescent': {
+        'plant lemma_1': 'marginal',
+        'controller lemma_2': 'pass',
+        'controller gain_and_delay': 'none',
+    },
     'single_neuron': {
         'exosystem lemma_2': 'pass',
         'plant lemma_1': 'marginal',
@@ -63,7 +71,14 @@ EXPONENTS = {
 
 
 @pytest.fixture
-def no_integration(monkeypatch):
+def no_multipliers(monkeypatch):
+    """For tests of what does not depend on the multipliers, which have a test of their own."""
+    found = Floquet(37.5, (0.02 + 0.0j,))
+    monkeypatch.setattr('eventreg_ros.theory.certify.floquet', lambda loop: found)
+
+
+@pytest.fixture
+def no_integration(monkeypatch, no_multipliers):
     """For tests of what does not depend on the exponents."""
 
     def exponent(loop, time):
@@ -89,10 +104,12 @@ def test_the_tables_cover_every_shipped_scenario():
     assert sorted(THEORY) == sorted(EXPONENTS) == scenario.shipped()
 
 
+@pytest.mark.usefixtures('no_multipliers')
 @pytest.mark.parametrize('name', THEORY)
 def test_theory(name, tmp_path):
     found = certify(tmp_path, name, '--time', '20')
-    theory = {key: c['status'] for key, c in found.items() if 'contraction' not in c['claim']}
+    measured = ('input_induced_contraction', 'floquet')
+    theory = {key: c['status'] for key, c in found.items() if c['claim'] not in measured}
     exponents = [key for key in theory if 'exponent' in key]
     assert [key.rsplit('exponent_')[1] for key in exponents] == EXPONENTS[name]
     assert {key: theory[key] for key in theory if key not in exponents} == THEORY[name]
@@ -106,6 +123,8 @@ def test_exact_contracts_because_of_w(tmp_path, capsys):
     assert quiet['status'] == 'none'
     assert abs(quiet['value']) < quiet['numbers']['half_width'] < 0.01
     assert found['input_induced_contraction']['status'] == 'pass'
+    assert found['floquet']['value'] == pytest.approx(-0.102246, abs=1e-6)
+    assert abs(found['floquet']['value'] - driven['value']) < driven['numbers']['half_width']
     text = capsys.readouterr().out
     assert 'marginal  plant: Lemma 1 (contraction), rate 0\n' in text
     assert 'only just misses Lemma 1' in text
@@ -191,11 +210,12 @@ def test_bad_input_is_one_line_and_exit_code_2(words, refused):
 
 
 @pytest.mark.usefixtures('no_integration')
+@pytest.mark.usefixtures('no_integration')
 def test_every_claim_has_a_title_and_is_documented(tmp_path):
     claims = set()
     for name in THEORY:
         claims |= set(by_claim(certify(tmp_path, name)))
-    assert claims | {'wiring'} == set(verb.TITLES)
+    assert claims | {'wiring', 'learning'} == set(verb.TITLES)
     assert all(f'``{claim}``' in verb.__doc__ for claim in verb.TITLES)
 
 
