@@ -152,6 +152,8 @@ class Choice:
         """Return the namespace: the one given, that of the topic named for y, or the only y's."""
         if self.namespace is not None:
             return self.namespace
+        if self.wanted and not topics:
+            return ''  # every topic has a name already
         for want in self.wanted:
             home = want.topic.rpartition('/')[0].strip('/')
             if want.signal == 'y':

@@ -54,8 +54,8 @@ class BagWriter:
         )
 
     def name_signals(self, topics: Mapping[str, str]) -> None:
-        """Say which topic each signal is on, so that remapped ones are found again."""
-        other = {s: t for s, t in topics.items() if t.rpartition('/')[2] != s.rpartition('/')[2]}
+        """Say which topic each signal is on, so that those with another name are found."""
+        other = {s: t for s, t in topics.items() if '/' in s or t.rpartition('/')[2] != s}
         if other:
             text = ' '.join(f'{signal}:={topic}' for signal, topic in other.items())
             self._writer.set_custom_data(TOPICS_KEY, text)
@@ -165,6 +165,7 @@ def write_bag(
     Raises BagError.
     """
     writer = BagWriter(path, storage, scenario_yaml, scenario_name)
+    writer.name_signals({name: f'/{name}' for name in signals})
     topics = [f'/{name}' for name in signals]
     for topic in topics:
         writer.add(topic, FLOAT64)

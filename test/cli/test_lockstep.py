@@ -1,5 +1,6 @@
 """``eventreg run --lockstep``: processes and composed, one hash; and what ends it."""
 
+import json
 import os
 import random
 import re
@@ -127,3 +128,29 @@ def test_interventions_have_the_bits_of_the_simulation(eventreg, tmp_path, compo
     eventreg('run', 'exact', '--lockstep', *how, *seconds, *at(2, 3.5, 5), *settle, bags[0])
     eventreg('simulate', 'exact', '--sampled', *model, *at(20, 35, 50), *settle, bags[1])
     assert data(bags[0]) == data(bags[1])
+
+
+ROBOTS = """
+/r1/exosystem: {ros__parameters: {}}
+/r1/plant: {ros__parameters: {}}
+/r1/controller: {ros__parameters: {}}
+r2:
+  exosystem: {ros__parameters: {tau: 0.1}}
+  plant: {ros__parameters: {}}
+"""
+
+
+def test_two_robots_in_their_namespaces_share_a_clock_and_are_judged_apart(eventreg, tmp_path):
+    file, table = tmp_path / 'robots.yaml', tmp_path / 'table.json'
+    file.write_text(ROBOTS)
+    bags = [tmp_path / 'run', tmp_path / 'simulate']
+    settle = ('--settle', '40', '--bag')
+    run = ('run', file, '--lockstep', '--duration', '16', '--json', table)
+    found = eventreg(*run, *settle, bags[0])
+    assert found.returncode == 1, found.stderr
+    plants = json.loads(table.read_text())['plants']
+    assert plants['r1/y']['verdict'] == 'rejected'
+    assert plants['r2/y']['verdict'] == 'not rejected'
+    eventreg('simulate', file, '--sampled', '--duration', '160', *settle, bags[1])
+    assert data(bags[0]) == data(bags[1])
+    assert set(data(bags[0])) == {'r1/w', 'r1/y', 'r1/u', 'r2/w', 'r2/y'}
