@@ -11,10 +11,10 @@ from ..errors import ParameterError, ScenarioError
 from ..simulation.block import BlockSpec
 from ..simulation.stimulus import Stimulus
 from ..simulation.turns import Action, Turn
-from . import ros_yaml
 from .hint import hint
 from .parameter import ACTIVE
 from .parameters import completed, parameters_of
+from .reader import typed
 from .scenario import Scenario, block_spec
 
 _SWITCH = re.compile(r'([^:]+):([^:.\s]+):(activate|deactivate)')
@@ -40,7 +40,7 @@ class Intervention(NamedTuple):
             return cls(text, _time(text, at), node.strip('/'), action)
         if found := _SET.fullmatch(text):
             at, node, parameter, value = found.groups()
-            read = ros_yaml.load(value, f'--at {text}')
+            read = typed(value, f'--at {text}')
             return cls(text, _time(text, at), node.strip('/'), 'set', parameter, read)
         raise ParameterError(
             '--at must be T:NODE.PARAM:=VALUE, T:NODE:activate or T:NODE:deactivate '

@@ -191,6 +191,19 @@ def flat(parameters: Mapping[Any, Any], prefix: str = '') -> dict[str, Any]:
     return found
 
 
+def typed(text: str, where: str) -> Any:
+    """Return a value given on a command line: as in a parameter file, or a fraction like 1/16.
+
+    Raises ScenarioError that names ``where``.
+    """
+    if found := re.fullmatch(r'\s*([-+]?[0-9.]+)/([0-9.]+)\s*', text):
+        try:
+            return float(found[1]) / float(found[2])
+        except (ValueError, ZeroDivisionError):
+            pass
+    return ros_yaml.load(text, where)
+
+
 class Override(NamedTuple):
     """One NODE.PARAM:=VALUE."""
 
@@ -207,7 +220,7 @@ class Override(NamedTuple):
             raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {shown(text)}')
         node, parameter, value = match.groups()
         node = node if node == EVERYONE else node.strip('/')
-        return cls(text, node, parameter, ros_yaml.load(value, f'-p {text}'))
+        return cls(text, node, parameter, typed(value, f'-p {text}'))
 
     def apply(self, given: Given, implicit: Collection[str]) -> None:
         """Set the parameter in ``given``: of the node, or of every node that has it."""

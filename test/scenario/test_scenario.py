@@ -404,3 +404,16 @@ def test_offline_tools_refuse_links_instead_of_cutting_the_wire(tool):
     linked = load('exact').with_links(['u:delay=0.001'])
     with pytest.raises(ScenarioError, match='has link_u, and links are for real nodes only'):
         tool(linked)
+
+
+@pytest.mark.parametrize(
+    ('text', 'value'), [('1/16', 0.0625), ('-1/4', -0.25), ('1.5/3', 0.5), (' 2/5 ', 0.4)]
+)
+def test_a_command_line_takes_fractions(text, value):
+    assert load('exact', [f'controller.k_y:={text}']).nodes['controller']['k_y'] == value
+
+
+@pytest.mark.parametrize('text', ['1/0', '1/', '/2', '1/2/3', 'a/b'])
+def test_what_is_no_fraction_is_refused(text):
+    with pytest.raises(ParameterError, match=r'controller\.k must be a finite number >= 0'):
+        load('exact', [f'controller.k:={text}'])
