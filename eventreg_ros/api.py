@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from .plots.run_plot import Figure
+
 FINE = 0.02
 """Model time between the samples in which a continuous run's events are looked for, at most."""
 
@@ -109,6 +111,22 @@ class Run:
     def events(self) -> dict[str, list[float]]:
         """The model times of all events of each signal."""
         return {name: list(signal.events) for name, signal in self.report.signals.items()}
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of the signals and their events, which a notebook shows.
+
+        ``run.plot().savefig('run.pdf')`` writes it.
+        """
+        from .plots.run_plot import draw_run
+
+        criteria = self.scenario.criteria
+        return draw_run(
+            self._over_time(),
+            self.events,
+            threshold=criteria.threshold,
+            settle=criteria.settle,
+            title=f'{self.scenario.name}: {self.verdict}',
+        )
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""

@@ -37,18 +37,18 @@ Span = tuple[float, float]
 """From when to when, in model time, both included."""
 
 
-def ordered(signals: Collection[str]) -> list[str]:
+def ordered(signals: Iterable[str]) -> list[str]:
     """Return the names of ``signals``: the paper's in its order, then the others by name.
 
     A name with a suffix (w_2) comes right after the one without.
     """
-    return sorted(signals, key=lambda name: (_family(name), name))
+    places = {signal: i for i, signal in enumerate(SIGNALS)}
+    return sorted(signals, key=lambda name: (places.get(family(name), len(SIGNALS)), name))
 
 
-def _family(name: str) -> int:
-    """Return the place of the longest of the paper's names with which ``name`` begins."""
-    found = [s for s in SIGNALS if is_of(s, name)]
-    return SIGNALS.index(max(found, key=len)) if found else len(SIGNALS)
+def family(name: str) -> str:
+    """Return the longest of the paper's names of which ``name`` is; of none: ``name`` itself."""
+    return max((s for s in SIGNALS if is_of(s, name)), key=len, default=name)
 
 
 def is_of(signal: str, name: str) -> bool:

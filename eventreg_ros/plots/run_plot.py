@@ -1,0 +1,149 @@
+"""One run as a picture: its signals over model time, and below them their events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..analysis.signal import Signals, family, ordered
+from .decimate import broken, min_max_decimate
+from .style import (
+    DASHED,
+    GREY,
+    LABELS,
+    ORANGE,
+    SOLID,
+    TIME,
+    Look,
+    look,
+    mark_events,
+    mark_threshold,
+    shade_settle,
+    style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Figure
+
+WIDTH, PANEL, ROW, REST = 6.8, 1.25, 0.17, 0.75
+"""Inches: the picture, a panel, a row of events, and legend, labels and axis together."""
+
+DPI = 120
+"""Of the picture that a notebook shows."""
+
+BESIDE = {'u': 'w', 'y_r': 'y'}
+"""Which signals share a panel."""
+
+
+class Shade(NamedTuple):
+    """A time that is shaded, in model time, and the words above it."""
+
+    start: float
+    stop: float
+    words: str
+
+
+def draw_run(
+    signals: Signals,
+    events: Mapping[str, Sequence[float]],
+    *,
+    threshold: float,
+    settle: float = 0.0,
+    shades: Sequence[Shade] = (),
+    title: str = '',
+) -> Figure:
+    """Return a matplotlib figure that a notebook shows and ``savefig`` writes.
+
+    The panels share one scale, that of the threshold too: what does not spike looks small. Before
+    ``settle`` (model time) events do not count, and the picture is shaded.
+    """
+    names = ordered(name for name, signal in signals.items() if len(signal.t))
+    panels = _panels(names)
+    heights = [PANEL] * len(panels) + [0.1 + ROW * len(names)]
+    with style():
+        figure: Figure = _picture()(figsize=(WIDTH, sum(heights) + REST))
+        axes = figure.subplots(
+            len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
+        )[:, 0]  # fmt: skip
+        for ax, shown in zip(axes, panels, strict=False):
+            _draw_panel(ax, shown, signals, threshold)
+        mark_events(axes[-1], [(_label(n), _look(n), events.get(n, ())) for n in names])
+        _finish(figure, list(axes), signals, settle, shades)
+        if title:
+            figure.suptitle(title, x=0.01, ha='left')
+    return figure
+
+
+def _panels(names: Sequence[str]) -> list[list[str]]:
+    """Return the signals of each panel: w with u, y with y_r, others by themselves."""
+    panels: dict[str, list[str]] = {}
+    for name in names:
+        panels.setdefault(BESIDE.get(family(name), family(name)), []).append(name)
+    return list(panels.values())
+
+
+def _label(name: str) -> str:
+    return LABELS.get(name, name)
+
+
+def _look(name: str) -> Look:
+    """Return the look of a signal; w_2 has that of w, dashed where w is not."""
+    shown = look(family(name))
+    if name == family(name) or shown.colour == ORANGE:
+        return shown
+    return Look(shown.colour, DASHED if shown.line == SOLID else SOLID, 0.7 * shown.width)
+
+
+def _draw_panel(ax: Any, names: Sequence[str], signals: Signals, threshold: float) -> None:
+    for name in names:
+        shown = _look(name)
+        ax.plot(
+            *min_max_decimate(*broken(*signals[name])), color=shown.colour, linestyle=shown.line,
+            linewidth=shown.width, label=_label(name),
+        )  # fmt: skip
+    ax.set_ylabel(', '.join(map(_label, names)))
+    mark_threshold(ax, threshold)
+
+
+def _finish(
+    figure: Figure, axes: list[Any], signals: Signals, settle: float, shades: Sequence[Shade]
+) -> None:
+    """Set scales, shades and the legend, which stands above the panels and covers nothing."""
+    lows, highs = zip(*(ax.get_ylim() for ax in axes[:-1]), strict=True)
+    for ax in axes[:-1]:
+        ax.set_ylim(min(lows), max(highs))
+    ends = [float(signal.t[-1]) for signal in signals.values() if len(signal.t)]
+    axes[-1].set_xlim(0.0, max(ends, default=1.0) or 1.0)
+    for ax in axes:
+        if settle > 0.0:
+            shade_settle(ax, settle)
+        for shade in shades:
+            ax.axvspan(shade.start, shade.stop, color=GREY, alpha=0.35, linewidth=0, zorder=0)
+    for shade in shades:
+        middle = 0.5 * (shade.start + shade.stop)
+        axes[0].annotate(shade.words, (middle, 1.0), (0, 2), xycoords=('data', 'axes fraction'),
+                         textcoords='offset points', ha='center', va='bottom')  # fmt: skip
+    axes[-1].set_xlabel(TIME)
+    keys = {label: handle for ax in axes[:-1]
+            for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}  # fmt: skip
+    labels = sorted(keys, key=('threshold', 'settling').__contains__)  # after the signals
+    figure.legend(
+        [keys[label] for label in labels], labels, loc='outside upper right', ncols=len(labels)
+    )
+
+
+@cache
+def _picture() -> type:
+    """Return matplotlib's Figure with what notebooks ask for, without pyplot and its state."""
+    from matplotlib.figure import Figure
+
+    class Picture(Figure):
+        def _repr_png_(self) -> bytes:
+            data = BytesIO()
+            with style():
+                self.savefig(data, format='png', dpi=DPI)
+            return data.getvalue()
+
+    return Picture
