@@ -23,7 +23,8 @@ MAY_IMPORT = {
     'robustness': 'analysis scenario simulation models errors',
     'plots': 'robustness analysis scenario simulation models errors',
     'paper': 'api plots analysis scenario simulation models errors',
-    'nodes': 'runtime control simulation scenario models errors analysis.events bags.writer',
+    'nodes': 'runtime control simulation scenario models errors analysis.events analysis.live '
+    'bags.writer',
     'session': 'nodes.topics nodes.ros bags analysis scenario runtime simulation models errors',
     'api': 'session paper plots robustness analysis bags scenario theory simulation models errors',
 }

@@ -52,6 +52,8 @@ def decide(
 
 def summary(plants: Sequence[PlantDecision]) -> Decision:
     """Return the verdict on all plants: not rejected if any is, else undecided if any is."""
+    if not plants:
+        return Decision(UNDECIDED, 'there is no plant to judge', Rejection(0, 0, 0, 0, 0))
     if len(plants) == 1:
         return plants[0]
     verdicts = {each.verdict for each in plants}

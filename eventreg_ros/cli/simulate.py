@@ -138,7 +138,8 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
         from ..bags.writer import write_bag
         from ..runtime.tick_grid import TickGrid
 
-        scenario, stamps = run.scenario, TickGrid(run.scenario.rate).stamps(len(run.t))
+        stamps = TickGrid(run.scenario.rate).stamps(len(run.t))
+        scenario = run.scenario.with_criteria(settle=args.settle, window=args.window)
         signals = {name: (stamps, x) for name, x in run.signals.items()}
         write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
     from ..analysis.report_json import as_json

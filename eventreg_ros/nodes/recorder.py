@@ -1,14 +1,13 @@
 """The recorder: writes signals and spikes to a rosbag2, as they come, without unpacking them.
 
-Listens to the signals that the parameter signals names, and to their spikes/SIGNAL/count and
-spikes/SIGNAL/event.
+Listens to the signals that the parameter signals names, to their spikes/SIGNAL/count and
+spikes/SIGNAL/event, and to verdict.
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from pathlib import Path
 from typing import Any
 
 from ..bags.writer import BagWriter
@@ -20,14 +19,15 @@ from .info import number_of
 from .lockstep import Participant
 from .managed import OK, ManagedNode, Status
 from .ros import run_node
-from .topics import COUNT, EVENT, LOCKSTEP_SIGNAL, RECORDED_SIGNAL, Topic
+from .stored import scenario_text
+from .topics import COUNT, EVENT, LOCKSTEP_SIGNAL, RECORDED_SIGNAL, VERDICT, Topic
 
 LOOK = 0.005
 """Seconds between looks at what has come: no message wakes the recorder."""
 
 
 class Recorder(ManagedNode):
-    """Records ``signals`` and their spikes; a message's time stamp is when it was sent.
+    """Records ``signals``, their spikes and the verdict; a message is stamped when it was sent.
 
     In lockstep it records the signals alone, in the order of their steps: two runs give the same
     bytes and the same stamps.
@@ -41,7 +41,10 @@ class Recorder(ManagedNode):
         values = self.values
         path = values['path'] or time.strftime('eventreg_%Y_%m_%d-%H_%M_%S')
         self.writer = BagWriter(
-            path, values['storage'], _scenario_text(values['scenario']), values['scenario_name']
+            path,
+            values['storage'],
+            scenario_text('recorder', values['scenario']),
+            values['scenario_name'],
         )
         self.stack.callback(self._close)
         self.writer.name_signals({s: self.resolve_topic_name(s) for s in values['signals']})
@@ -53,6 +56,7 @@ class Recorder(ManagedNode):
         for signal in values['signals']:
             for topic in (RECORDED_SIGNAL, COUNT, EVENT):
                 self._record(topic, signal)
+        self._record(VERDICT)
         self.steady_timer(1.0, self._flush)
 
     def _open_lockstep(self) -> None:
@@ -119,7 +123,7 @@ class Recorder(ManagedNode):
         self.stack.callback(take)
         self.take_timer = self.steady_timer(LOOK, take)
 
-    def _record(self, kind: Topic, signal: str) -> None:
+    def _record(self, kind: Topic, signal: str = '') -> None:
         name = kind.of(signal)
         topic = self.resolve_topic_name(name)
         self.writer.add(topic, kind.type_name)
@@ -157,17 +161,6 @@ class Recorder(ManagedNode):
         """Return the number of messages recorded per topic."""
         recorded = {f'{name}.recorded': n for name, n in self.recorded.items()}
         return Status(OK, 'recording', recorded)
-
-
-def _scenario_text(path: str) -> str | None:
-    if not path:
-        return None
-    try:
-        return Path(path).read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise BagError(
-            f'recorder.scenario must be a readable file, got {path!r}: {error}'
-        ) from None
 
 
 def main() -> int:

@@ -1,7 +1,7 @@
 """The spike monitor: counts the events of signals and publishes them as they happen.
 
 Listens to the signals that the parameter signals names, publishes spikes/SIGNAL/count and
-spikes/SIGNAL/event.
+spikes/SIGNAL/event, and once a second the verdict so far.
 """
 
 from __future__ import annotations
@@ -10,23 +10,31 @@ import sys
 from collections import deque
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.time import Time
 from std_msgs.msg import Header, UInt64
 
 from ..analysis.events import EventDetector
+from ..analysis.live import LiveJudge
 from ..runtime.cdr import unpacked
+from ..runtime.figures import MARGIN_USED
 from ..runtime.sequenced_input import flaw
 from ..runtime.tick_grid import SECOND
+from ..scenario import Criteria
 from ..scenario.parameter import ACTIVE
 from .info import number_of
 from .lockstep import Participant
-from .managed import OK, FaultError, ManagedNode, Status
+from .managed import ERROR, OK, WARN, FaultError, ManagedNode, Status
 from .ros import run_node
-from .topics import COUNT, EVENT, signal_topic
+from .stored import scenario_text
+from .topics import COUNT, DIAGNOSTICS, EVENT, VERDICT, signal_topic
+
+LEVELS = {'rejected': OK, 'undecided': WARN, 'not rejected': ERROR}
+"""The level of the diagnostic status that gives a verdict."""
 
 
 class SpikeMonitor(ManagedNode):
-    """Runs one event detector per signal, the same that analyses bags."""
+    """Runs one event detector per signal, and judges the run: the code that analyses bags."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('spike_monitor', **kwargs)
@@ -36,11 +44,27 @@ class SpikeMonitor(ManagedNode):
     def open(self) -> None:
         """Create, per signal, a subscription and the publishers of count and events."""
         self.counts, self.events = {}, {}
+        self.text = scenario_text('spike_monitor', self.values['scenario'])
+        self.judge = self._new_judge()  # refuses a scenario that cannot be read
+        self.verdict = self.publisher_of(VERDICT)
+        if not self.values['lockstep']:
+            self.subscription_of(DIAGNOSTICS, self._on_diagnostics)
         topic = signal_topic(self.values['lockstep'])
         for signal in self.values['signals']:
             self.counts[signal] = self.advertise(COUNT, signal)
             self.events[signal] = self.advertise(EVENT, signal)
             self.subscribe(topic, signal, self._receiver(signal))
+        self.steady_timer(1.0, self._publish_verdict)
+
+    def _new_judge(self) -> LiveJudge:
+        values = self.values
+        return LiveJudge.of(
+            values['signals'],
+            Criteria.of(values),
+            values['time_scale'],
+            self.text,
+            self.get_namespace(),
+        )
 
     def begin(self) -> None:
         """Count from 0."""
@@ -85,11 +109,37 @@ class SpikeMonitor(ManagedNode):
         return [f'sample {n + 1} of {signal}' for signal, n in self.seen.items() if n == last]
 
     def _restart(self) -> None:
-        threshold, reset = self.values['threshold'], self.values['reset']
-        self.detectors = {s: EventDetector(threshold, reset) for s in self.values['signals']}
+        limits = Criteria.of(self.values)
+        self.judge = self._new_judge()
+        self.detectors = {
+            s: EventDetector(limits.threshold, limits.reset) for s in self.values['signals']
+        }
+        self._tune()
         self.seen = dict.fromkeys(self.values['signals'], -1)
         lockstep = self.values['lockstep']
-        self.zero = 0 if lockstep else self.get_clock().now().nanoseconds
+        self.zero = self.newest = 0 if lockstep else self.get_clock().now().nanoseconds
+
+    def _tune(self) -> None:
+        """Give the detectors, which know seconds, their limits in model time."""
+        scale = self.values['time_scale']
+        for detector in self.detectors.values():
+            detector.refractory = self.values['refractory'] / scale
+            detector.min_width = self.values['min_width'] / scale
+
+    def changed(self) -> None:
+        """Take over another time_scale; model time goes on without a jump."""
+        if self.stage == ACTIVE:
+            self.judge.rescale(self._seconds(self._now()), self.values['time_scale'])
+            self._tune()
+
+    def _now(self) -> int:
+        """Return the time in nanoseconds: in lockstep that of the newest sample."""
+        if self.participant is not None:
+            return self.newest
+        return int(self.get_clock().now().nanoseconds)
+
+    def _seconds(self, stamp: int) -> float:
+        return (stamp - self.zero) / SECOND
 
     def _receiver(self, signal: str) -> Any:
         def receive(data: bytes, info: dict[str, Any]) -> None:
@@ -104,13 +154,39 @@ class SpikeMonitor(ManagedNode):
                 stamp = self._step(signal)
             else:
                 return
-            t = detector.push((stamp - self.zero) / SECOND, unpacked(data))
+            self.newest = max(self.newest, stamp)
+            seconds, value = self._seconds(stamp), unpacked(data)
+            self.judge.saw(signal, seconds, value)
+            t = detector.push(seconds, value)
             if t is not None:
+                self.judge.event(signal, t)
                 stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()
                 self.send(self.events[signal], Header(stamp=stamp, frame_id=signal))
                 self.send(self.counts[signal], UInt64(data=detector.count))
 
         return receive
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        """Note which part of the delay margin the blocks of our namespace say is used."""
+        home = self.get_namespace().rstrip('/') + '/'
+        for status in message.status:
+            for pair in status.values if status.name.startswith(home) else ():
+                if pair.key == MARGIN_USED:
+                    self.judge.note_margin(float(pair.value))
+
+    def _publish_verdict(self) -> None:
+        """Publish the verdict so far."""
+        if self.stage != ACTIVE:
+            return
+        found = self.judge.verdict(self._seconds(self._now()))
+        decision = found.decision
+        status = DiagnosticStatus(
+            level=LEVELS[decision.verdict],
+            name=f'{self.get_fully_qualified_name()}: verdict',
+            message=f'{decision.verdict}: {decision.reason}',
+            values=[KeyValue(key=key, value=value) for key, value in found.values().items()],
+        )
+        self.send(self.verdict, status)
 
     def report(self) -> Status:
         """Return the counts."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ..runtime.cdr import unpacked
 from ..runtime.duration_histogram import DurationHistogram
-from ..runtime.figures import InputFigures
+from ..runtime.figures import MARGIN_USED, InputFigures
 from ..runtime.stamped_input import Dropped, StampedInput
 from ..runtime.tick_grid import SECOND
 from .endpoints import Endpoints, InfoCallback
@@ -157,11 +157,13 @@ class StampedInputs:
         margin, warn, time_scale, h = self.margin
         delay = delays[signal] * time_scale
         # Less than a step is made up for by the next sample, so that it is no delay.
+        used = delay if delay >= h else 0.0
+        figures = {MARGIN_USED: f'{used / margin:.3f}'} if margin else {}
         if delay < max(warn * margin, h):
-            return None
+            return Status(OK, '', figures)
         return Status(
             ERROR if delay >= margin else WARN,
             f'the measured delay of {signal} ({delays[signal] * 1e3:.1f} ms, {delay:.3f} of model '
             f'time) comes near the delay margin of the scenario ({margin:g})',
-            {},
+            figures,
         )

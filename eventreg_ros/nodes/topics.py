@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, Header, UInt64
@@ -52,6 +52,7 @@ LOCKSTEP_SIGNAL = Topic('{signal}', Float64, 2000, latched=True)
 RECORDED_SIGNAL = Topic('{signal}', Float64, 2000)
 COUNT = Topic('spikes/{signal}/count', UInt64, 1, latched=True)
 EVENT = Topic('spikes/{signal}/event', Header, 100)
+VERDICT = Topic('verdict', DiagnosticStatus, 1, latched=True)
 DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 100)
 CLOCK = Topic('/clock', Clock, 10)
 

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 STEP = 'step'
+MARGIN_USED = 'margin_used'
+"""The part of the delay margin that the largest delay of the last second takes."""
 
 LATE = 'the last second had a tick'
 """How the message begins that a node's ticks were late."""

@@ -210,20 +210,38 @@ class Scenario:
             given[node] = {**given.get(node, {}), **values}
         return Scenario.of(self.name, given)
 
+    def within(self, namespace: str) -> Scenario:
+        """Return the part of the scenario within ``namespace``, its nodes and signals without it.
+
+        The whole scenario where none of its nodes is there, as when it was itself started in that
+        namespace.
+        """
+        home = namespace.strip('/') + '/'
+        inside = {n.removeprefix(home): v for n, v in self.given.items() if n.startswith(home)}
+        return Scenario.of(self.name, inside) if inside else self
+
+    def with_criteria(self, **given: float | None) -> Scenario:
+        """Return the scenario judged by those of ``given`` that are not None, else by its own."""
+        wanted = {name: x for name, x in given.items() if x is not None}
+        monitor = next(iter(self.of_kind('spike_monitor')), 'spike_monitor')
+        return self.with_given({monitor: wanted}) if wanted else self
+
     def with_recorder(self, path: str, text: str, *, monitor: bool = True) -> Scenario:
         """Return the scenario with a recorder of every signal and, so asked, a spike monitor.
 
-        ``path`` is the bag's, ``text`` the file whose text the bag shall hold. What the scenario
+        ``path`` is the bag's, ``text`` the file whose text the bag shall hold, and by which the
+        spike monitor judges. What the scenario
         says of the two nodes stays, but for those.
         """
         signals = list(self.publishers)
         recorder = self.given.get('recorder', {})
         wanted = [s for s in recorder.get('signals', ()) if s not in signals]
         extra: Given = {}
-        if monitor:
+        usual = {'signals': self.outputs, 'time_scale': self.time_scale} if monitor else {}
+        if monitor or 'spike_monitor' in self.given:
             own = self.given.get('spike_monitor', {})
-            usual = {'signals': self.outputs, 'time_scale': self.time_scale}
-            extra['spike_monitor'] = {n: x for n, x in usual.items() if n not in own}
+            usual = {n: x for n, x in usual.items() if n not in own}
+            extra['spike_monitor'] = {'scenario': text, **usual}
         extra['recorder'] = {
             'signals': signals + wanted,
             'path': path,

@@ -295,6 +295,13 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'min_width', 'double', 0.0, 'model time that an event lasts at least; 0: off', low=0.0
         ),
+        Parameter(
+            'scenario',
+            'string',
+            '',
+            'parameter file that says what is judged; empty: the names of the signals',
+            settable=UNCONFIGURED,
+        ),
         TIME_SCALE,
         RATE,
         LOCKSTEP,

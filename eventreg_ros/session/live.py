@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..analysis.recorded import Analysis, analyze, need_span
@@ -49,18 +49,19 @@ def run(
 ) -> LiveRun:
     """Start the nodes of ``scenario``, record for ``duration`` seconds, and judge the bag.
 
-    Without a duration for as long as :func:`usual_duration` says.
-    The nodes are processes of their own, or with ``composed`` one; in ``lockstep`` they go as fast
-    as they can and ``duration`` is simulated time. ``at`` holds interventions as texts
-    ``S:NODE.PARAM:=VALUE``, ``S:NODE:activate`` or ``S:NODE:deactivate``, S in seconds.
-    ``settle`` and ``window``, in model time, replace the scenario's. Raises EventregError when the
-    run cannot be started, or when its bag cannot be judged though nothing went wrong during it.
+    Without a duration for as long as :func:`usual_duration` says. The nodes are processes of their
+    own, or with ``composed`` one; in ``lockstep`` they go as fast as they can and ``duration`` is
+    simulated time. ``at`` holds interventions as texts ``S:NODE.PARAM:=VALUE``, ``S:NODE:activate``
+    or ``S:NODE:deactivate``, S in seconds. ``settle`` and ``window``, in model time, replace the
+    scenario's, in the bag too. Raises EventregError when the run cannot be started, or when its bag
+    cannot be judged though nothing went wrong during it.
     """
     path = Path(bag) if bag is not None else bag_of(scenario)
     check(scenario, path)
-    criteria = scenario.criteria.overridden(settle=settle, window=window)
-    duration = usual_duration(scenario, settle) if duration is None else duration
-    need_span(criteria, duration * scenario.time_scale, settle=settle, until=None)
+    scenario = scenario.with_criteria(settle=settle, window=window)
+    duration = usual_duration(scenario) if duration is None else duration
+    end = duration * scenario.time_scale
+    need_span(scenario.criteria, end, settle=settle, until=None)
     session = Session(
         scenario,
         path,
@@ -73,7 +74,7 @@ def run(
     session.perform()
     analysis, unjudged = None, None
     try:
-        analysis = replace(analyze(path), criteria=criteria)
+        analysis = analyze(path)
         _ = analysis.report
     except EventregError as error:
         if not session.troubles:

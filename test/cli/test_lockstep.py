@@ -46,15 +46,30 @@ def data(bag):
     }
 
 
+def timeless(path):
+    """The report without the timing, which a simulation does not have."""
+    report = json.loads(path.read_text())
+    for entry in report['signals'].values():
+        entry.pop('timing', None)
+    return report
+
+
 def test_processes_composed_and_simulated_are_the_same_bytes(eventreg, tmp_path):
-    bags = []
+    bags, reports = [], []
     for words in (['run', '--lockstep'], ['run', '--lockstep', '--composed'], ['simulate']):
         bags.append(tmp_path / str(len(bags)))
         verb, *flags = words
         length = ['--duration', '10'] if verb == 'run' else ['--sampled', '--duration', '100']
-        done = eventreg(verb, 'mismatch', *flags, *length, '--bag', bags[-1], '--settle', '0')
+        reports.append(tmp_path / f'{len(bags)}.json')
+        more = ['--bag', bags[-1], '--settle', '10', '--json', reports[-1]]
+        done = eventreg(verb, 'mismatch', *flags, *length, *more)
         assert done.returncode == 3, done.stderr  # two events of w are too few
+        reports.append(tmp_path / f'{len(bags)}_again.json')
+        assert eventreg('analyze', bags[-1], '--json', reports[-1]).returncode == 3
     assert data(bags[0]) == data(bags[1]) == data(bags[2])
+    found = [timeless(report) for report in reports]
+    assert found[0]['settle'] == 10.0
+    assert found == [found[0]] * 6  # every number, to the last digit
 
 
 def test_a_duration_of_no_whole_steps_ends(eventreg, tmp_path):

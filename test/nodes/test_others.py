@@ -1,15 +1,18 @@
 """The stimulus, the spike monitor and the recorder."""
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64, Header, UInt64
 
-from eventreg_ros.bags.reader import read_bag
+from eventreg_ros.bags.reader import read_bag, read_messages
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.recorder import Recorder
 from eventreg_ros.nodes.spike_monitor import SpikeMonitor
 from eventreg_ros.nodes.stimulus import StimulusNode
-from eventreg_ros.nodes.topics import COUNT
+from eventreg_ros.nodes.topics import COUNT, VERDICT
+from eventreg_ros.runtime.cdr import packed
+from eventreg_ros.runtime.figures import MARGIN_USED
 
 
 def test_the_stimulus_publishes_its_waveform_in_model_time(bench):
@@ -62,6 +65,58 @@ def test_the_monitor_tells_zero_before_the_first_event(bench):
     bench.add(SpikeMonitor, "signals:=['y']")
     counts = bench.heard(UInt64, 'spikes/y/count', COUNT.qos)
     bench.until(lambda: [m.data for m in counts] == [0])
+
+
+def test_the_limits_of_the_monitor_are_in_model_time(bench):
+    limits = ('refractory:=20', 'min_width:=4')
+    node = bench.add(SpikeMonitor, "signals:=['y']", 'time_scale:=2.0', *limits)
+    detector = node.detectors['y']
+    assert (detector.refractory, detector.min_width) == (10.0, 2.0)
+    node.set_parameters([Parameter('time_scale', value=20.0)])
+    assert (detector.refractory, detector.min_width) == (1.0, 0.2)
+
+
+def test_the_monitor_publishes_the_verdict_so_far_with_its_reason(bench):
+    node = bench.add(SpikeMonitor, "signals:=['w', 'y']", 'settle:=0.0', 'time_scale:=1.0')
+    for signal, values in (('w', [0.0, 2.0] * 3), ('y', [0.0, 2.0, 0.0])):
+        receive = node._receiver(signal)
+        for value in values:
+            now = bench.peer.get_clock().now().nanoseconds
+            info = {'source_timestamp': now, 'received_timestamp': now}
+            receive(packed(value), {**info, 'publication_sequence_number': None})
+    used = DiagnosticStatus(name='/plant: plant', values=[KeyValue(key=MARGIN_USED, value='0.3')])
+    other = DiagnosticStatus(name='plant', values=[KeyValue(key=MARGIN_USED, value='0.9')])
+    node._on_diagnostics(DiagnosticArray(status=[used, other]))
+    node._publish_verdict()
+    found = bench.heard(DiagnosticStatus, 'verdict', VERDICT.qos)  # subscribes late
+    bench.until(lambda: found)
+    assert (found[0].level, found[0].name) == (DiagnosticStatus.ERROR, '/spike_monitor: verdict')
+    values = {pair.key: pair.value for pair in found[0].values}
+    assert (values['verdict'], values['w.seen'], values['y.spurious']) == (
+        'not rejected', '1.0000', '1'
+    )  # fmt: skip
+    assert (values['y.disturbance_events'], values['margin_used']) == ('3', '0.300')
+    assert found[0].message == f'not rejected: {values["reason"]}'
+    assert 'y had 1 event that nothing asks for' in values['reason']
+
+
+def test_a_scenario_that_the_monitor_cannot_read_is_refused(bench, tmp_path):
+    (tmp_path / 'broken.yaml').write_text('plant: [')
+    for name, words in (('none.yaml', 'must be a readable file'), ('broken.yaml', 'of the run')):
+        with pytest.raises(EventregError, match=words):
+            bench.add(SpikeMonitor, f'scenario:={tmp_path / name}')
+
+
+def test_the_recorder_keeps_the_verdict(bench, tmp_path):
+    node = bench.add(Recorder, "signals:=['y']", f'path:={tmp_path / "bag"}')
+    verdict = bench.peer.create_publisher(DiagnosticStatus, 'verdict', VERDICT.qos)
+    verdict.publish(DiagnosticStatus(name='x', message='undecided: run longer'))
+    bench.until(lambda: node.recorded['verdict'] == 1)
+    node.close()
+    bench.nodes.remove(node)
+    (message,) = read_messages(tmp_path / 'bag', ['/verdict'])['/verdict']
+    assert message.type == 'diagnostic_msgs/msg/DiagnosticStatus'
+    assert b'undecided: run longer' in message.data
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])

@@ -1,0 +1,159 @@
+"""The verdict on a run that goes on, by the same code as on a recorded one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..models.roles import SIGNALS
+from ..scenario import Criteria, parse
+from .decision import Decision, PlantDecision, decide, summary
+from .evidence import Coverage, Evidence, gather
+from .signal import Span, is_of
+from .subject import Subject, subject_by_name, subject_of
+
+
+class LiveVerdict(NamedTuple):
+    """The verdict so far, at ``t`` of model time.
+
+    ``margin_used`` is the largest part of the delay margin that a block has measured, None where
+    none has measured any.
+    """
+
+    t: float
+    decision: Decision
+    plants: tuple[PlantDecision, ...]
+    evidence: Evidence
+    margin_used: float | None
+
+    def values(self) -> dict[str, str]:
+        """Return it as a diagnostic status shows it: keys and values."""
+        found = {
+            'verdict': self.decision.verdict,
+            'reason': self.decision.reason,
+            't': f'{self.t:.3f}',
+            'settle': f'{self.evidence.span[0]:g}',
+        }
+        if self.margin_used is not None:
+            found['margin_used'] = f'{self.margin_used:.3f}'
+        for each in self.plants:
+            for name, count in vars(each.rejection).items():
+                found[f'{each.plant.output}.{name}'] = str(count)
+        found |= {f'{name}.seen': f'{share:.4f}' for name, share in self.evidence.seen.items()}
+        return found
+
+
+class LiveJudge:
+    """Collects events and samples of a run, and judges it when asked.
+
+    Times come in seconds of any clock; model time begins with the first sample of one of the
+    paper's signals.
+    """
+
+    def __init__(self, subject: Subject) -> None:
+        # How long the run was meant to take is of no concern before its end.
+        self._subject = replace(subject, duration=None)
+        self._scale = subject.time_scale
+        self._since: float | None = None
+        self._base = 0.0
+        blind = subject.criteria.blind
+        self._seen = {name: _Watch(blind) for name in subject.needed}
+        self._events: dict[str, list[float]] = {name: [] for name in subject.needed}
+        self.margin_used: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        signals: Collection[str],
+        criteria: Criteria,
+        time_scale: float,
+        text: str | None = None,
+        namespace: str = '',
+    ) -> LiveJudge:
+        """Return the judge of a run of which ``signals`` are heard.
+
+        ``text`` is the scenario's parameter file, and ``namespace`` where the signals are in it;
+        without it names decide. Raises ScenarioError.
+        """
+        if text is None:
+            return cls(subject_by_name(signals, criteria, time_scale=time_scale))
+        subject = subject_of(parse(text, 'of the run').within(namespace), signals)
+        return cls(replace(subject, criteria=criteria, time_scale=time_scale))
+
+    def rescale(self, now: float, time_scale: float) -> None:
+        """Let model time go on at another pace from ``now`` on."""
+        if self._since is not None:
+            self._base, self._since = self.model_time(now), now
+        self._scale = time_scale
+
+    def saw(self, signal: str, t: float, value: float) -> None:
+        """Take a sample."""
+        if self._since is None and _is_ours(signal):
+            self._since = t
+        watch = self._seen.get(signal)
+        if watch is not None:
+            watch.saw(self.model_time(t), value)
+
+    def event(self, signal: str, t: float) -> None:
+        """Take an event."""
+        if signal in self._events:
+            self._events[signal].append(self.model_time(t))
+
+    def model_time(self, t: float) -> float:
+        """Return the model time at ``t`` seconds; before the first sample 0."""
+        return 0.0 if self._since is None else self._base + (t - self._since) * self._scale
+
+    def verdict(self, now: float) -> LiveVerdict:
+        """Return the verdict so far, at ``now`` seconds."""
+        t, settle = self.model_time(now), self._subject.criteria.settle
+        coverage = {name: watch.coverage for name, watch in self._seen.items()}
+        evidence = gather(self._subject, coverage, (settle, max(settle, t)), t)
+        plants = decide(self._subject, self._events, evidence)
+        return LiveVerdict(t, summary(plants), plants, evidence, self.margin_used)
+
+    def note_margin(self, part: float) -> None:
+        """Take which part of the delay margin a block has measured to be used."""
+        self.margin_used = max(self.margin_used or 0.0, part)
+
+
+class _Watch:
+    """When one signal was seen, sample by sample, in model time."""
+
+    def __init__(self, blind: float) -> None:
+        self._blind = blind
+        self._first: float | None = None
+        self._last = 0.0
+        self._gaps: list[Span] = []
+        self._not_finite = 0
+        self._count, self._length = 0, 0.0
+
+    def saw(self, t: float, value: float) -> None:
+        """Take a sample."""
+        if not math.isfinite(value):
+            self._not_finite += 1
+            return
+        if self._first is None:
+            self._first = t
+        elif t - self._last > self._blind:
+            self._gaps.append((self._last, t))
+        else:
+            self._count += 1
+            self._length += t - self._last
+        self._last = t
+
+    @property
+    def coverage(self) -> Coverage | None:
+        """When the signal was seen; None where it was not."""
+        if self._first is None:
+            return None
+        gaps = tuple(self._gaps)
+        period = self._length / self._count if self._count else None
+        if period is None and gaps:
+            period = sum(b - a for a, b in gaps) / len(gaps)
+        return Coverage(self._first, self._last, gaps, period, self._not_finite)
+
+
+def _is_ours(signal: str) -> bool:
+    return any(is_of(name, signal.rpartition('/')[2]) for name in SIGNALS)

@@ -1,0 +1,22 @@
+"""The scenario that a node is given as a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import ScenarioError
+
+
+def scenario_text(node: str, path: str) -> str | None:
+    """Return the text of the parameter file at ``path``, None where none is given.
+
+    Raises ScenarioError that names ``node``.
+    """
+    if not path:
+        return None
+    try:
+        return Path(path).read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(
+            f'{node}.scenario must be a readable file, got {path!r}: {error}; give another'
+        ) from None
