@@ -37,6 +37,8 @@ class _Pass:
         self.trouble = Trouble(name, self.account)
         self.to = Delivery(select, summary, self.account, tape.size)
         self.contents = Contents(self.to, self.trouble)
+        self.cut = False
+        """Whether the last chunk was cut, and left out: nothing can vouch for a part of it."""
 
     def run(self) -> Account:
         """Read the file; what is wrong with it is in the account."""
@@ -107,6 +109,9 @@ class _Pass:
         cut = total > self.tape.left
         if cut and self.summary.whole:
             return self._recover()
+        if cut and self._has_read():
+            self.cut = True
+            return False
         data = max(min(head.length, total - begin, self.tape.left - begin), 0)
         if head.compression not in mcap.COMPRESSIONS:
             self.trouble.left_out(
@@ -126,6 +131,10 @@ class _Pass:
             total -= begin + self.tape.at - at
         self.tape.drop(max(total, 0))
         return True
+
+    def _has_read(self) -> bool:
+        self.contents.flush()
+        return self.to.latest is not None
 
     def _extent(self, window: memoryview, begin: int, head: Chunk, total: int) -> int:
         """Return the size of a chunk's record, by whichever of its two lengths leads to another."""
@@ -168,9 +177,10 @@ class _Pass:
 
     def _judge_end(self) -> None:
         if not self.summary.whole:
+            rest = 'its last chunk, of which a part is there, is left out'
             self.account.note(
                 'no-end', f'{self.name} ends without its end: its writer was killed, or it was '
-                'cut; what is there was read', stamp=self.to.latest,
+                f'cut; {rest if self.cut else "what is there was read"}', stamp=self.to.latest,
             )  # fmt: skip
         elif not self.summary.sound:
             text = f'the summary of {self.name} is damaged; the data were read'

@@ -409,6 +409,28 @@ def test_a_file_without_its_end(tmp_path, loop, chunk):
     assert np.array_equal(found, Y[: len(found)])
 
 
+def chunks_of(data):
+    """Where the chunks of an MCAP file begin."""
+    at, found = 8, []
+    while at + 9 <= len(data) - 8:
+        found += [at] * (data[at] == 6)
+        at += 9 + int.from_bytes(data[at + 1 : at + 9], 'little')
+    return found
+
+
+@pytest.mark.parametrize('compression', ['', 'zstd'])
+def test_a_chunk_that_was_cut_is_left_out_unless_it_is_all(tmp_path, loop, compression):
+    data = loop(chunk=300, compression=compression, crc=True).bytes()
+    (tmp_path / 'bag.mcap').write_bytes(data[: chunks_of(data)[3] + 500])
+    recording = read_bag(tmp_path / 'bag.mcap')
+    assert [finding.code for finding in recording.findings] == ['no-end']
+    assert 'its last chunk' in recording.findings[0].text
+    assert len(recording.signals['w'].values) == 300
+    whole = loop(chunk=9999).bytes()
+    (tmp_path / 'one.mcap').write_bytes(whole[: len(whole) // 2])
+    assert len(read_bag(tmp_path / 'one.mcap').signals['w'].values) > 200
+
+
 def test_statistics_that_promise_more_or_less(tmp_path, loop):
     more = loop(counts={1: N, 2: N + 9, 3: N}, message_index=False)
     assert codes(read(more.write(tmp_path / 'more.mcap'))) == ['lost-samples']
