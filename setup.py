@@ -96,7 +96,14 @@ setup(
         'lz4>=4.0',
         "backports.zstd>=1.0; python_version < '3.14'",
     ],
-    extras_require={'ros': ROS, 'fast': ['numba>=0.59'], 'frames': FRAMES, 'test': TEST},
+    extras_require={
+        'ros': ROS,
+        'fast': ['numba>=0.59'],
+        'frames': FRAMES,
+        'indices': ['SALib>=1.5'],
+        'cluster': ['distributed>=2024.1'],
+        'test': TEST,
+    },
     zip_safe=False,
     entry_points={'console_scripts': [f'eventreg = {PACKAGE}.__main__:main']},
 )  # fmt: skip

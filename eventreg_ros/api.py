@@ -33,11 +33,10 @@ from .analysis.verdict import judge as judge_signals
 from .errors import EventregError
 from .scenario import Criteria, Scenario
 from .scenario.criteria import RESET, THRESHOLD
-from .scenario.hint import hint
 from .scenario.interventions import read_all, turns
+from .scenario.links import need_linked
 from .simulation.continuous import simulate as simulate_continuous
 from .simulation.impairment import Impairment
-from .simulation.loop import Loop
 from .simulation.sampled import simulate_sampled
 from .simulation.trajectory import Array, Trajectory
 from .theory.certificates import Certificate
@@ -181,7 +180,7 @@ def simulate(
     loop, done = scenario.loop, turns(read_all(at, scenario), scenario)
     if sampled:
         links = None if on is None else frozenset(on)
-        impairment = Impairment(delay, loss, jitter, seed, _need_linked(loop, links))
+        impairment = Impairment(delay, loss, jitter, seed, need_linked(loop, links))
         found = simulate_sampled(loop, duration, impairment, done)
         return Run(scenario, found.t, found.signals, found)
     time_scale, rate = loop.grid
@@ -190,14 +189,6 @@ def simulate(
     found = simulate_continuous(fine, duration, turns=done)
     coarse = {name: x[::every] for name, x in found.signals.items()}
     return Run(scenario, found.t[::every], coarse, found)
-
-
-def _need_linked(loop: Loop, on: frozenset[str] | None) -> frozenset[str] | None:
-    """Return ``on``. Raises EventregError when it names a signal that no block listens to."""
-    linked = {signal for _, signal in loop.links}
-    for signal in sorted((on or frozenset()) - linked):
-        raise EventregError(f'on: no block listens to {signal!r}{hint(signal, linked)}')
-    return on
 
 
 def events(

@@ -24,7 +24,14 @@ PYPI_AND_ROSDEP = {
 }
 """What the package cannot do without, by import: its names on PyPI and for rosdep."""
 
-EXTRAS = {'numba': 'fast', 'pandas': 'frames', 'xarray': 'frames', 'pyarrow': 'frames'}
+EXTRAS = {
+    'numba': 'fast',
+    'pandas': 'frames',
+    'xarray': 'frames',
+    'pyarrow': 'frames',
+    'SALib': 'indices',
+    'distributed': 'cluster',
+}
 """What some of the package can do without, by import: the extra that brings it."""
 
 NOT_IMPORTED = {'ros2launch'}

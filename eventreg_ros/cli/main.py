@@ -19,6 +19,7 @@ VERBS = {
     'compare': 'set several bags or scenarios side by side: events that differ, distances',
     'certify': 'say what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
     'margin': 'find the largest delay, loss and jitter that the loop tolerates',
+    'sweep': 'run the sampled loop over many sets of parameters: table, border, yield, worst set',
     'figures': "draw the paper's figures, and those that it argues in words",
     'list': 'list the shipped scenarios, a line each',
     'new': 'write a commented scenario file to begin with',

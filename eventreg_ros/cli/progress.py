@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Mapping
 
 from ..session.session import Observer
@@ -49,3 +50,43 @@ class Line:
     def clear(self) -> None:
         """Leave an empty line."""
         self.show('')
+
+
+class Count:
+    """How many of how many are done and when the rest will be, on standard error.
+
+    On a terminal one line that is written over, else a line every 10 s.
+    """
+
+    def __init__(self) -> None:
+        self._terminal = sys.stderr.isatty()
+        self._began = time.monotonic()
+        self._first: int | None = None
+        self._next = 0.0 if self._terminal else 10.0
+
+    def show(self, done: int, count: int) -> None:
+        """Show that ``done`` of ``count`` are done; a count of 0 is not known."""
+        elapsed = time.monotonic() - self._began
+        if self._first is None:
+            self._first = done
+        if elapsed < self._next:
+            return
+        self._next = elapsed + (0.2 if self._terminal else 10.0)
+        words = f'{done} sets' if not count else f'{done} of {count} sets'
+        fresh = done - self._first
+        if count and fresh:
+            words += f', {_span((count - done) * elapsed / fresh)} to go'
+        start, end = ('\r\x1b[K', '') if self._terminal else ('', '\n')
+        print(f'{start}{words}', end=end, file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        """Leave an empty line on a terminal."""
+        if self._terminal:
+            print('\r\x1b[K', end='', file=sys.stderr, flush=True)
+
+
+def _span(seconds: float) -> str:
+    """Return a duration in words: 40 s, 12 min, 3.5 h."""
+    if seconds < 100.0:
+        return f'{seconds:.0f} s'
+    return f'{seconds / 60.0:.0f} min' if seconds < 6000.0 else f'{seconds / 3600.0:.1f} h'

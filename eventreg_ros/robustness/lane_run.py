@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
@@ -23,7 +23,7 @@ from ..simulation.model_time import count_steps, model_times
 from ..simulation.sampled import Waveform
 from ..simulation.trajectory import Array
 from .lane_judge import judge_lanes
-from .outcome import JUDGED, Case, Outcome, Rows, nothing, one_by_one
+from .outcome import JUDGED, Case, Outcomes, Rows, nothing, one_by_one
 
 MOST = 1 << 30
 """Bytes that one block of lanes may take; longer runs go one by one."""
@@ -43,28 +43,34 @@ class Template(NamedTuple):
     duration: float
 
 
-def run(cases: Sequence[Case], pool: ThreadPoolExecutor | None = None) -> list[Outcome]:
+def run(cases: Sequence[Case], pool: ThreadPoolExecutor | None = None) -> Outcomes:
     """Run cases of any kind and judge them, in lanes where they can be."""
-    found: list[Outcome | None] = [None] * len(cases)
+    rows, reasons = nothing(len(cases)), dict[int, str]()
     groups: dict[Any, list[int]] = defaultdict(list)
     for i, case in enumerate(cases):
         groups[_kind(case)].append(i)
     for key, places in groups.items():
         members = [cases[i] for i in places]
-        if key is None:
-            outcomes: Iterable[Outcome] = map(one_by_one, members)
-        else:
-            first = members[0]
-            specs = [list(case.loop.blocks.values()) for case in members]
-            outcomes = run_alike(
-                Template(first.loop, first.criteria, first.duration),
-                Start.of(specs),
-                [case.impairment for case in members],
-                pool,
-            )
-        for i, outcome in zip(places, outcomes, strict=True):
-            found[i] = outcome
-    return [outcome for outcome in found if outcome is not None]
+        found = _run_alone(members) if key is None else _run_group(members, pool)
+        rows[places] = found.rows
+        reasons |= {places[i]: reason for i, reason in found.reasons.items()}
+    return Outcomes(rows, reasons)
+
+
+def _run_alone(cases: Sequence[Case]) -> Outcomes:
+    rows, reasons = nothing(len(cases)), dict[int, str]()
+    for i, case in enumerate(cases):
+        rows[i], reason = one_by_one(case)
+        if reason:
+            reasons[i] = reason
+    return Outcomes(rows, reasons)
+
+
+def _run_group(cases: Sequence[Case], pool: ThreadPoolExecutor | None) -> Outcomes:
+    first = cases[0]
+    template = Template(first.loop, first.criteria, first.duration)
+    start = Start.of([list(case.loop.blocks.values()) for case in cases])
+    return run_alike(template, start, [case.impairment for case in cases], pool)
 
 
 def _kind(case: Case) -> Any:
@@ -93,21 +99,22 @@ def run_alike(
     start: Start,
     impairments: Sequence[Impairment],
     pool: ThreadPoolExecutor | None = None,
-) -> list[Outcome]:
+) -> Outcomes:
     """Run cases that differ in parameters, initial states and links only, in lanes.
 
     ``start`` has one row per case; ``impairments`` one entry per case, or one for all.
     """
     group = _Group(template, start, impairments)
-    rows, reasons = nothing(len(start.outputs[0])), {}
+    rows, reasons = nothing(len(start.outputs[0])), dict[int, str]()
     blocks = list(group.blocks())
     mapped = pool.map(group.run, blocks) if pool else map(group.run, blocks)
     for places, (found, holds) in zip(blocks, mapped, strict=True):
         rows[places] = found[: len(places)]
         for i in places[~holds[: len(places)]].tolist():
-            outcome = one_by_one(group.case(i))
-            rows[i], reasons[i] = outcome.row, outcome.reason
-    return [Outcome(row, reasons.get(i, '')) for i, row in enumerate(rows)]
+            rows[i], reason = one_by_one(group.case(i))
+            if reason:
+                reasons[i] = reason
+    return Outcomes(rows, reasons)
 
 
 class _Group:

@@ -63,6 +63,13 @@ class Outcome(NamedTuple):
     reason: str
 
 
+class Outcomes(NamedTuple):
+    """Rows, shape (n,), and by their places why some have no verdict."""
+
+    rows: Rows
+    reasons: dict[int, str]
+
+
 def nothing(count: int) -> Rows:
     """Return rows without verdicts."""
     rows = np.zeros(count, dtype=ROW)

@@ -6,7 +6,8 @@ import re
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
-from ..errors import ParameterError, ScenarioError
+from ..errors import EventregError, ParameterError, ScenarioError
+from ..simulation.loop import Loop
 from .hint import hint
 from .parameter import Parameter
 from .table import OTHERS
@@ -61,3 +62,11 @@ def _value(parameter: Parameter, text: str) -> Any:
         return {'double': float, 'int': int}.get(parameter.type, str)(text)
     except ValueError:
         return text
+
+
+def need_linked(loop: Loop, on: frozenset[str] | None) -> frozenset[str] | None:
+    """Return ``on``. Raises EventregError when it names a signal that no block listens to."""
+    linked = {signal for _, signal in loop.links}
+    for signal in sorted((on or frozenset()) - linked):
+        raise EventregError(f'on: no block listens to {signal!r}{hint(signal, linked)}')
+    return on

@@ -1,0 +1,141 @@
+"""What is varied: NODE.PARAM:=SPEC read into axes, and the values that an axis takes.
+
+    A..B/N       N values from A to B          A..B/Nlog    the same, in equal ratios
+    {a,b,c}      these                         A..B         drawn uniformly
+    A..Blog      drawn uniformly in log        VALUE~P%     normal, standard deviation P % of VALUE
+
+The last three are laws: they need a number of sets. ``links`` in the place of a node are all links
+of the loop (``links.delay``, ``links.jitter`` in model time, ``links.loss``, ``links.seed``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+from ..scenario import ros_yaml
+from ..scenario.hint import hint
+from ..scenario.reader import Override
+
+Array = npt.NDArray[Any]
+"""Values of an axis: floats, or objects where they are words."""
+
+LINKS = 'links'
+OF_LINKS = ('delay', 'loss', 'jitter', 'seed')
+
+_NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
+_RANGE = re.compile(rf'({_NUMBER})\.\.({_NUMBER})(?:/(\d+))? ?(log)?')
+_SPREAD = re.compile(rf'({_NUMBER})~({_NUMBER})%')
+_NAME = re.compile(r'(/\*\*|[^.:\s]+)\.([^:\s[\]]+)(?:\[(\d+)\])?')
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter that is varied.
+
+    ``node`` may be ``/**`` or :data:`LINKS`; ``index`` is the place in a list, None for a number.
+    ``values`` are those of a grid; without them a law maps numbers from 0 to 1 to ``low`` to
+    ``high``, or around ``low`` with the standard deviation ``spread``.
+    """
+
+    name: str
+    node: str
+    parameter: str
+    index: int | None
+    values: tuple[Any, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False
+    spread: float | None = None
+
+    @property
+    def is_law(self) -> bool:
+        """Whether values are drawn rather than counted."""
+        return not self.values
+
+    def at(self, u: npt.NDArray[np.float64]) -> Array:
+        """Return the values for ``u``, numbers from 0 to 1, shape (n,)."""
+        if self.values:
+            places = np.minimum((u * len(self.values)).astype(np.int64), len(self.values) - 1)
+            return self.nth(places)
+        if self.spread is not None:
+            from scipy.special import ndtri
+
+            return np.asarray(self.low + self.spread * ndtri(np.clip(u, 1e-15, 1.0 - 1e-15)))
+        if self.log:
+            return np.asarray(self.low * (self.high / self.low) ** u)
+        return np.asarray(self.low + (self.high - self.low) * u)
+
+    def nth(self, places: npt.NDArray[np.int64]) -> Array:
+        """Return the values of the grid at ``places``, shape (n,)."""
+        numbers = all(isinstance(value, float) for value in self.values)
+        return np.array(self.values, dtype=np.float64 if numbers else object)[places]
+
+
+def read(texts: Sequence[str]) -> tuple[list[Axis], list[str]]:
+    """Sort what follows -p into axes and fixed values, the latter as they were given.
+
+    Raises ParameterError.
+    """
+    axes: list[Axis] = []
+    fixed = []
+    for text in texts:
+        name, sign, spec = text.partition(':=')
+        if not sign or not (axis := _axis(name.strip(), spec.strip(), text)):
+            fixed.append(text)
+            continue
+        if axis.name in (other.name for other in axes):
+            raise ParameterError(f'-p {text}: {axis.name} is varied already; give it once')
+        axes.append(axis)
+    return axes, fixed
+
+
+def _axis(name: str, spec: str, text: str) -> Axis | None:
+    """Return the axis that is meant, None for one fixed value."""
+    found = _NAME.fullmatch(name)
+    if found is None:
+        Override.read(text)
+        raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.x0[0]:=0..1/5), got {text!r}')
+    node, parameter, index = found.groups()
+    node = node if node == '/**' else node.strip('/')
+    if node == LINKS and parameter not in OF_LINKS:
+        raise ParameterError(f'-p {text}: links have no {parameter!r}{hint(parameter, OF_LINKS)}')
+    place = None if index is None else int(index)
+    values = _values(spec, text)
+    if values is None and (node == LINKS or place is not None):
+        values = {'values': (_word(spec, text),)}
+    return None if values is None else Axis(name, node, parameter, place, **values)
+
+
+def _values(spec: str, text: str) -> dict[str, Any] | None:
+    if spec.startswith('{') and spec.endswith('}'):
+        words = [word.strip() for word in spec[1:-1].split(',') if word.strip()]
+        if not words:
+            raise ParameterError(f'-p {text}: a list must hold values ({{1,2,3}}), got {spec!r}')
+        return {'values': tuple(_word(word, text) for word in words)}
+    if found := _SPREAD.fullmatch(spec):
+        value, percent = map(float, found.groups())
+        return {'low': value, 'spread': abs(value) * abs(percent) / 100.0}
+    if not (found := _RANGE.fullmatch(spec)):
+        return None
+    low, high, log = float(found[1]), float(found[2]), bool(found[4])
+    if log and not 0.0 < low * high < np.inf:
+        raise ParameterError(f'-p {text}: a log range must not reach or cross 0; leave out log')
+    if found[3] is None:
+        return {'low': low, 'high': high, 'log': log}
+    count = int(found[3])
+    if count < 2:
+        raise ParameterError(f'-p {text}: a range needs 2 values or more, got {count}')
+    line = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
+    return {'values': tuple(line.tolist())}
+
+
+def _word(word: str, text: str) -> Any:
+    value = ros_yaml.load(word, f'-p {text}')
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

@@ -1,0 +1,205 @@
+"""The border between rejected and not, over two parameters, found by refining where it runs.
+
+A coarse grid is run first. A cell whose known points disagree is halved, and so on down to the fine
+grid; a point found on the edge of a larger cell that does not fit its corners halves that cell too,
+so that a border once found is followed all the way. What is smaller than a coarse cell and touches
+none of its points can be missed.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import EventregError
+from .plan import Plan
+from .sets import Sets
+from .sweep import Tell, pool_here
+
+COARSE = 8
+"""Fine steps in a step of the coarse grid."""
+
+Point = tuple[int, int]
+Curve = npt.NDArray[np.float64]
+Evaluate = Callable[[Sequence[Point]], Sequence[bool]]
+
+
+class Cell(NamedTuple):
+    """A rectangle of the fine grid, corners included."""
+
+    left: int
+    right: int
+    low: int
+    high: int
+
+    @property
+    def corners(self) -> list[Point]:
+        """Its four corners, around."""
+        return [
+            (self.left, self.low), (self.right, self.low),
+            (self.right, self.high), (self.left, self.high),
+        ]  # fmt: skip
+
+    @property
+    def edge(self) -> Iterable[Point]:
+        """All points of the fine grid on its edge."""
+        for i in range(self.left, self.right + 1):
+            yield from ((i, self.low), (i, self.high))
+        for j in range(self.low, self.high + 1):
+            yield from ((self.left, j), (self.right, j))
+
+    @property
+    def fine(self) -> bool:
+        """Whether it cannot be halved."""
+        return self.right - self.left <= 1 and self.high - self.low <= 1
+
+    def halves(self) -> list[Cell]:
+        """Return the cells that it is cut into, in both directions where that can be."""
+        across, up = _halved(self.left, self.right), _halved(self.low, self.high)
+        return [Cell(*x, *y) for x in pairwise(across) for y in pairwise(up)]
+
+
+def _halved(a: int, b: int) -> list[int]:
+    return [a, b] if b - a <= 1 else [a, (a + b) // 2, b]
+
+
+@dataclass(frozen=True)
+class Border:
+    """The border over the axes ``names`` (x, y), found with ``runs`` of ``grid`` runs.
+
+    ``curves`` are its pieces, each of shape (n, 2), in the units of the axes, half a step of the
+    grid between points that differ. ``known`` maps the places in the grid that were run to whether
+    they were rejected; ``x`` and ``y`` are the values of the grid.
+    """
+
+    names: tuple[str, str]
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    known: dict[Point, bool]
+    curves: list[Curve]
+
+    @property
+    def turned(self) -> Border:
+        """The same with x for y."""
+        known = {(j, i): rejected for (i, j), rejected in self.known.items()}
+        curves = [curve[:, ::-1] for curve in self.curves]
+        return Border(self.names[::-1], self.y, self.x, known, curves)
+
+    @property
+    def points(self) -> dict[bool, list[tuple[float, float]]]:
+        """The places that were run, by whether they were rejected."""
+        found: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+        for (i, j), rejected in self.known.items():
+            found[rejected].append((self.x[i], self.y[j]))
+        return found
+
+    @property
+    def runs(self) -> int:
+        """How many sets were run."""
+        return len(self.known)
+
+    @property
+    def grid(self) -> int:
+        """How many sets the whole grid has."""
+        return len(self.x) * len(self.y)
+
+
+def find_border(plan: Plan, names: Sequence[str], tell: Tell = lambda done, count: None) -> Border:
+    """Find the border over the two axes of a plan, both ranges with a number of values.
+
+    ``names`` are theirs, x first. Raises EventregError when the plan has others.
+    """
+    axes = plan.axes
+    if (
+        len(axes) != 2
+        or sorted(names) != sorted(axis.name for axis in axes)
+        or any(len(axis.values) < 2 or not isinstance(axis.values[0], float) for axis in axes)
+    ):
+        raise EventregError(
+            f'--border X,Y takes the two ranges A..B/N that are given and no other; got '
+            f'{",".join(names)} and the ranges {", ".join(axis.name for axis in axes) or "none"}'
+        )
+    sets, known = Sets(plan), dict[Point, bool]()
+    with pool_here() as pool:
+
+        def evaluate(points: Sequence[Point]) -> Sequence[bool]:
+            places = np.array(points).T
+            columns = [axis.nth(at) for axis, at in zip(axes, places, strict=True)]
+            rows = sets.run(columns, pool).rows
+            tell(len(known) + len(points), 0)
+            return [verdict == 1 for verdict in rows['verdict'].tolist()]
+
+        shape = len(axes[0].values), len(axes[1].values)
+        cells = refine(evaluate, shape, known)
+    x, y = (tuple(map(float, axis.values)) for axis in axes)
+    curves = [_placed(curve, x, y) for curve in joined(cells, known)]
+    border = Border((axes[0].name, axes[1].name), x, y, known, curves)
+    return border if names[0] == axes[0].name else border.turned
+
+
+def refine(evaluate: Evaluate, shape: tuple[int, int], known: dict[Point, bool]) -> list[Cell]:
+    """Fill ``known`` along the border of a grid of that shape; return the fine cells on it."""
+    lines = [sorted({*range(0, size - 1, COARSE), size - 1}) for size in shape]
+    cells = [Cell(*x, *y) for x in pairwise(lines[0]) for y in pairwise(lines[1])]
+    todo = cells
+    while todo:
+        points = {point for cell in todo for point in cell.corners} - known.keys()
+        ordered = sorted(points)
+        if ordered:
+            known.update(zip(ordered, evaluate(ordered), strict=True))
+        todo = [cell for cell in cells if not cell.fine and _mixed(cell, known)]
+        cut = set(todo)
+        todo = [half for cell in todo for half in cell.halves()]
+        cells = [cell for cell in cells if cell not in cut] + todo
+    return [cell for cell in cells if cell.fine and _mixed(cell, known)]
+
+
+def _mixed(cell: Cell, known: dict[Point, bool]) -> bool:
+    return len({known[point] for point in cell.edge if point in known}) > 1
+
+
+def joined(cells: Sequence[Cell], known: dict[Point, bool]) -> list[list[tuple[float, float]]]:
+    """Return the border through fine cells as curves of points half way between grid points."""
+    neighbours: dict[tuple[float, float], list[tuple[float, float]]] = defaultdict(list)
+    for cell in cells:
+        around = [*cell.corners, cell.corners[0]]
+        crossings = [
+            ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
+            for a, b in pairwise(around)
+            if known[a] != known[b]
+        ]
+        for a, b in zip(crossings[::2], crossings[1::2], strict=True):
+            neighbours[a].append(b)
+            neighbours[b].append(a)
+    curves = []
+    ends = [point for point, others in sorted(neighbours.items()) if len(others) == 1]
+    for start in [*ends, *sorted(neighbours)]:
+        curve = [start]
+        while neighbours[curve[-1]]:
+            after = neighbours[curve[-1]].pop()
+            neighbours[after].remove(curve[-1])
+            curve.append(after)
+        if len(curve) > 1:
+            curves.append(curve)
+    return curves
+
+
+def _placed(curve: Sequence[tuple[float, float]], x: Sequence[float], y: Sequence[float]) -> Curve:
+    places = np.array(curve)
+    return np.column_stack(
+        [np.interp(places[:, i], np.arange(len(values)), values) for i, values in enumerate((x, y))]
+    )
+
+
+def border_csv(border: Border) -> str:
+    """Return the border as the text of a csv file: curve number, x, y."""
+    lines = [f'curve,{border.names[0]},{border.names[1]}']
+    for number, curve in enumerate(border.curves):
+        lines += [f'{number},{a!r},{b!r}' for a, b in curve.tolist()]
+    return '\n'.join(lines) + '\n'

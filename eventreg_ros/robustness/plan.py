@@ -1,0 +1,122 @@
+"""What a sweep was asked for, as plain data: it names a sweep, and goes to other machines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from .. import scenario as scenarios
+from ..analysis.criteria import SETTLE, WINDOW, Criteria
+from ..errors import EventregError
+from ..scenario import Scenario
+from ..scenario.links import need_linked
+from ..simulation.impairment import Impairment
+from .axes import LINKS, Axis, read
+from .design import Design, design_of
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A sweep: the scenario's text, what is varied and what is fixed, and how it is judged.
+
+    ``parameters`` are NODE.PARAM:=SPEC as given, see :mod:`.axes`; ``sampling`` is ``grid`` or one
+    of :data:`.design.SAMPLINGS`; ``on`` are the signals whose links are impaired, None for all.
+    ``duration``, ``settle`` and ``window`` are in model time.
+    """
+
+    name: str
+    text: str
+    parameters: tuple[str, ...]
+    sets: int | None = None
+    seed: int = 0
+    sampling: str = 'grid'
+    on: tuple[str, ...] | None = None
+    duration: float = 400.0
+    settle: float = SETTLE
+    window: float = WINDOW
+
+    @classmethod
+    def of(cls, scenario: Scenario, parameters: Sequence[str], **more: Any) -> Plan:
+        """Return the plan to vary ``parameters`` of a scenario, checked as far as it can be.
+
+        Raises EventregError.
+        """
+        more = {name: value for name, value in more.items() if value is not None}
+        if 'duration' not in more:
+            more['duration'] = max(400.0, more.get('settle', SETTLE) + 300.0)
+        plan = cls(scenario.name, scenario.to_yaml(), tuple(parameters), **more)
+        plan.check()
+        return plan
+
+    def check(self) -> None:
+        """Raise EventregError unless the sweep can begin."""
+        loop, axes = self.scenario.loop, self.axes
+        _ = self.scenario.rate, self.scenario.time_scale, self.design
+        need_linked(loop, self.impairment.on)
+        if 'y' not in loop.signals:
+            raise EventregError(f'scenario {self.name} has no y to judge; name its plant')
+        nodes = set(self.scenario.nodes)
+        for axis in axes:
+            if axis.node not in (LINKS, '/**') and axis.node not in nodes:
+                raise EventregError(
+                    f'-p {axis.name}: the scenario has no node {axis.node!r}; it has '
+                    + ', '.join(nodes)
+                )
+
+    @property
+    def _fixed(self) -> list[str]:
+        return read(self.parameters)[1]
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with what is fixed."""
+        return scenarios.parse(self.text, self.name, self._fixed)
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """What is varied; what is said of the links with one value only is not among it."""
+        found = read(self.parameters)[0]
+        return tuple(a for a in found if not (a.node == LINKS and len(a.values) == 1))
+
+    @property
+    def impairment(self) -> Impairment:
+        """What happens on the links, as far as it is fixed."""
+        found = read(self.parameters)[0]
+        fixed = {a.parameter: a.values[0] for a in found if a.node == LINKS and len(a.values) == 1}
+        on = None if self.on is None else frozenset(self.on)
+        return impairment(on=on, **fixed)
+
+    @property
+    def design(self) -> Design:
+        """Which sets are run."""
+        return design_of(self.axes, self.sets, self.seed, self.sampling)
+
+    @property
+    def criteria(self) -> Criteria:
+        """What the verdicts rest on."""
+        return self.criteria_of(self.scenario)
+
+    def criteria_of(self, scenario: Scenario) -> Criteria:
+        """Return the same for a set whose scenario is another."""
+        return Criteria(*scenario.monitor, settle=self.settle, window=self.window)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plan as JSON holds it."""
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in asdict(self).items()
+        }
+
+
+def impairment(
+    delay: float = 0.0,
+    loss: float = 0.0,
+    jitter: float = 0.0,
+    seed: float = 0,
+    on: frozenset[str] | None = None,
+) -> Impairment:
+    """Return an impairment; a seed may come as a float. Raises EventregError for a bad value."""
+    if seed != int(seed):
+        raise EventregError(f'links.seed must be a whole number, got {seed:g}')
+    return Impairment(float(delay), float(loss), float(jitter), int(seed), on)

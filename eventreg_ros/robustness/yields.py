@@ -1,0 +1,101 @@
+"""The yield of devices that are not as they should be: its interval, and what matters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import EventregError
+from .axes import Array
+from .design import problem
+from .plan import Plan
+from .sets import Sets
+from .sweep import Sweep
+from .worst import badness
+
+CONFIDENCE = 0.95
+
+
+class Yield(NamedTuple):
+    """The share of sets that are rejected, and Wilson's interval at :data:`CONFIDENCE`."""
+
+    share: float
+    low: float
+    high: float
+
+
+def yield_of(rejected: int, sets: int) -> Yield:
+    """Return the yield where so many of ``sets`` > 0 are rejected."""
+    from scipy.stats import binomtest
+
+    interval = binomtest(rejected, sets).proportion_ci(CONFIDENCE, method='wilson')
+    return Yield(rejected / sets, float(interval.low), float(interval.high))
+
+
+class Index(NamedTuple):
+    """How much of a quantity's variance one parameter explains: alone, and with the others.
+
+    Half-widths of the intervals at 95 % come after them.
+    """
+
+    parameter: str
+    quantity: str
+    first: float
+    first_within: float
+    total: float
+    total_within: float
+
+
+def indices(sweep: Sweep) -> list[Index]:
+    """Return Sobol's indices of the share rejected and of the residual's rms, by SALib.
+
+    Raises EventregError unless the sweep is a sample of Saltelli's, or where a set has no verdict.
+    """
+    if sweep.plan.sampling != 'saltelli' or sweep.bad:
+        raise EventregError(
+            f'indices need a sample of their own in which every set can be run, got '
+            f'{sweep.plan.sampling} and {sweep.bad} bad sets; add --indices, or narrow the ranges'
+        )
+    from SALib.analyze.sobol import analyze
+
+    names = [axis.name for axis in sweep.plan.axes]
+    found = []
+    quantities = {
+        'rejected': (sweep['verdict'] == 'rejected').astype(np.float64),
+        'residual_rms': np.asarray(sweep['residual_rms'], dtype=np.float64),
+    }
+    for quantity, values in quantities.items():
+        if np.ptp(values) == 0.0:
+            continue  # nothing varies, so nothing explains it
+        s = analyze(problem(len(names)), values, calc_second_order=False, seed=sweep.plan.seed)
+        keys = ('S1', 'S1_conf', 'ST', 'ST_conf')
+        numbers = zip(*(s[key].tolist() for key in keys), strict=True)
+        found += [Index(name, quantity, *four) for name, four in zip(names, numbers, strict=True)]
+    return found
+
+
+def worst_of(columns: Mapping[str, Array]) -> int | None:
+    """Return the place of the set with most spurious and missed events, then largest residual.
+
+    None where no set has a verdict.
+    """
+    bad = badness(columns)
+    at = int(np.argmax(bad)) if len(bad) else -1
+    return at if at >= 0 and bad[at] >= 0.0 else None
+
+
+def scenario_text(plan: Plan, values: Sequence[Any]) -> str:
+    """Return a set as the text of a scenario, with the command that simulates it above it."""
+    sets = Sets(plan)
+    links = sets.impairment(values)
+    options = [
+        f'--{name} {getattr(links, name)!r}'
+        for name in ('delay', 'loss', 'jitter', 'seed')
+        if getattr(links, name)
+    ]
+    options += [f'--on {",".join(sorted(links.on))}'] if links.on else []
+    more = f' --settle {plan.settle:g} --window {plan.window:g}'
+    command = f'# eventreg simulate THIS.yaml --sampled --duration {plan.duration!r}{more}'
+    return ' '.join([command, *options]) + '\n' + sets.scenario(values).to_yaml()

@@ -1,0 +1,64 @@
+"""A sweep on a Dask cluster of processes, one of which dies, against the same sweep here."""
+
+import os
+import signal
+
+import pytest
+
+from eventreg_ros import load
+from eventreg_ros.errors import EventregError
+from eventreg_ros.robustness import cluster
+from eventreg_ros.robustness.cluster import on_cluster
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.sweep import run_sweep
+
+PARAMETERS = [
+    'controller.k:=-0.1..2/60',
+    'links.loss:={0,0.1}',
+    'links.seed:={1,2}',
+    '/**.rate:=50',
+]
+
+
+def plan():
+    return Plan.of(load('exact'), PARAMETERS, duration=200.0, settle=60.0)
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_table(tmp_path, monkeypatch):
+    distributed = pytest.importorskip('distributed')
+    monkeypatch.setattr(cluster, 'FIRST', 5)
+    monkeypatch.setattr(cluster, 'MOST', 5)
+    here = run_sweep(plan(), tmp_path / 'here.csv')
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as workers:
+        with distributed.Client(workers) as client:
+            pids = list(client.run(os.getpid).values())
+        done = []
+
+        def tell(count, total):
+            done.append(count)
+            if len(done) == 3:  # two pieces are done
+                os.kill(pids[0], signal.SIGKILL)
+
+        there = run_sweep(
+            plan(), tmp_path / 'there.csv', on_cluster(workers.scheduler_address), tell
+        )
+    assert len(set(pids)) == 2
+    assert len(done) > 40
+    assert there.sets == here.sets == 240
+    tables = [(tmp_path / name / 'sweep.csv').read_bytes() for name in ('here.csv', 'there.csv')]
+    assert tables[0] == tables[1]
+
+
+def test_without_a_scheduler_there_is_one_line(tmp_path, monkeypatch):
+    pytest.importorskip('distributed')
+    monkeypatch.setattr(cluster, 'PATIENCE', 0.1)
+    with pytest.raises(EventregError, match=r'no Dask scheduler answers at nowhere:1'):
+        run_sweep(plan(), tmp_path / 'a.csv', on_cluster('nowhere:1'))
+
+
+def test_without_distributed_the_error_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__('sys').modules, 'distributed', None)
+    with pytest.raises(EventregError, match=r"pip install 'eventreg_ros\[cluster\]'"):
+        run_sweep(plan(), tmp_path / 'a.csv', on_cluster(None))

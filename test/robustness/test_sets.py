@@ -1,0 +1,113 @@
+"""Sets of a plan: the quick way and the slow one, and both against simulate."""
+
+import numpy as np
+import pytest
+
+from eventreg_ros import load, simulate
+from eventreg_ros.api import judge
+from eventreg_ros.errors import EventregError
+from eventreg_ros.robustness.outcome import VERDICTS
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.sets import Sets
+from eventreg_ros.robustness.yields import scenario_text
+from eventreg_ros.scenario import parse
+
+QUICK = {'duration': 250.0, 'settle': 60.0}
+
+
+def sets_of(name, *parameters, count=16, **more):
+    plan = Plan.of(load(name), [*parameters, '/**.rate:=50'], sets=count, **QUICK, **more)
+    return Sets(plan), plan.design.columns(0, count)
+
+
+@pytest.mark.parametrize(
+    ('name', 'parameters'),
+    [
+        ('exact', ['controller.k:=0.3..4', 'controller.tau:=0.08~30%', 'plant.x0[1]:=-1..1']),
+        ('exact', ['/**.k:=0.3..4', 'plant.k:=1..2', 'links.delay:={0,0.2}', 'links.loss:=0..0.4']),
+        ('linear', ['controller.gain[1]:=-2..2', 'controller.k_y:=-1..3', 'exosystem.x0[0]:=0..2']),
+    ],
+)
+def test_the_quick_way_gives_the_bits_of_the_slow_one(name, parameters):
+    pytest.importorskip('numba')
+    sets, columns = sets_of(name, *parameters)
+    assert sets._places is not None
+    quick = sets.run(columns)
+    sets._places = None
+    slow = sets.run(columns)
+    assert quick.rows.tobytes() == slow.rows.tobytes()
+    assert quick.reasons == slow.reasons == {}
+
+
+def test_a_row_is_what_simulate_says():
+    sets, columns = sets_of(
+        'mismatch', 'controller.k:=0.5..3', 'links.delay:=0..0.6', 'links.seed:={3,4}',
+        'links.loss:=0..0.3', 'plant.hold:={zero,linear}', count=6, on=('u',),
+    )  # fmt: skip
+    rows = sets.run(columns).rows
+    for i, (k, delay, seed, loss, hold) in enumerate(zip(*columns, strict=True)):
+        scenario = load('mismatch', '/**.rate:=50', f'controller.k:={k}', f'plant.hold:={hold}')
+        run = simulate(
+            scenario, 250.0, sampled=True, delay=delay, loss=loss, seed=int(seed), on=['u']
+        )
+        report = judge(run, 60.0)
+        assert VERDICTS[rows['verdict'][i]] == report['verdict']
+        assert rows['residual_rms'][i] == report['residual']['rms']
+        assert rows['residual_max_abs'][i] == report['residual']['max_abs']
+        assert rows['spurious'][i] == report['rejection']['spurious']
+
+
+@pytest.mark.parametrize('slow', [False, True])
+def test_bad_sets_are_rows_with_their_reason(slow):
+    pytest.importorskip('numba')
+    plan = Plan.of(
+        load('exact'), ['controller.k:={-1,2,60}', 'links.loss:={0.5,2}', '/**.rate:=50'], **QUICK
+    )
+    sets = Sets(plan)
+    if slow:
+        sets._places = None
+    found = sets.run(plan.design.columns(0, 6))
+    assert found.reasons[0] == 'controller.k must be a finite number >= 0, got -1.0'
+    assert found.reasons[3] == 'loss must be >= 0 and <= 1, got 2.0'
+    assert 'stops being finite at t = ' in found.reasons[4]
+    assert set(found.reasons) == {0, 1, 3, 4, 5}
+    assert (found.rows['verdict'] > 0).tolist() == [False, False, True, False, False, False]
+
+
+def test_a_set_as_a_scenario_is_the_same_set():
+    sets, columns = sets_of('exact', 'controller.k:=0.3..1', 'exosystem.x0[2]:=-2..0', count=3)
+    text = scenario_text(sets.plan, [column[1] for column in columns])
+    assert text.startswith('# eventreg simulate THIS.yaml --sampled --duration 250.0 --settle 60')
+    again = Sets(Plan.of(parse(text, 'exact'), ['links.seed:={0}'], **QUICK)).run([])
+    assert again.rows[0].tobytes() == sets.run(columns).rows[1].tobytes()
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'words'),
+    [
+        ('plant.kk:=1..2/2', "no parameter 'kk'"),
+        ('plant.x0[7]:=1..2/2', 'count from 0'),
+        ('links.seed:={0.5,1}', 'a whole number'),
+    ],
+)
+def test_sets_that_cannot_be(parameter, words):
+    plan = Plan.of(load('exact'), [parameter], **QUICK)
+    assert words in Sets(plan).run(plan.design.columns(0, 2)).reasons[0]
+
+
+def test_a_node_that_is_not_there_is_refused_at_once():
+    with pytest.raises(EventregError, match="no node 'plnt'"):
+        Plan.of(load('exact'), ['plnt.k:=1..2/2'])
+
+
+def test_the_border_of_the_fixed_controller_is_where_it_was_computed_apart():
+    """T 600, settle 100, steps of 0.25 of 1/tau_w in 6..25: docs of the adaptive controller."""
+    pytest.importorskip('numba')
+    grid = np.arange(6.0, 25.01, 0.25)
+    for k, low, high in ((0.7, 9.25, 13.25), (1.0, 6.75, 15.0)):
+        values = ','.join(repr(1.0 / value) for value in grid.tolist())
+        plan = Plan.of(
+            load('exact'), [f'exosystem.tau:={{{values}}}', f'controller.k:={k}'], duration=600.0
+        )
+        verdicts = Sets(plan).run(plan.design.columns(0, len(grid))).rows['verdict']
+        assert grid[verdicts == 1].tolist() == np.arange(low, high + 0.01, 0.25).tolist()

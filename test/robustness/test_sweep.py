@@ -1,0 +1,134 @@
+"""Sweeps that are kept: stopped and gone on with, refused, read again."""
+
+import json
+import signal
+
+import pytest
+
+from eventreg_ros import load
+from eventreg_ros.errors import EventregError
+from eventreg_ros.robustness import sweep as module
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.sweep import run_here, run_sweep
+
+PARAMETERS = ('controller.k:=-0.1..2/40', 'controller.tau:={0.05,0.09}', '/**.rate:=50')
+
+
+@pytest.fixture(autouse=True)
+def _pieces(monkeypatch):
+    monkeypatch.setattr(module, 'FIRST', 7)
+    monkeypatch.setattr(module, 'MOST', 7)
+
+
+def plan(*parameters, **more):
+    quick = {'duration': 250.0, 'settle': 60.0, **more}
+    return Plan.of(load('exact'), parameters or PARAMETERS, **quick)
+
+
+def stop_after(pieces):
+    """Run ``pieces`` pieces, then be interrupted."""
+
+    def run(plan, stretches):
+        for i, done in enumerate(run_here(plan, stretches)):
+            if i == pieces:
+                raise KeyboardInterrupt
+            yield done
+
+    return run
+
+
+@pytest.mark.parametrize('suffix', ['.csv', ''])
+def test_interrupted_sweeps_end_in_the_same_bytes(tmp_path, suffix):
+    if not suffix:
+        pytest.importorskip('pyarrow')
+    whole = run_sweep(plan(), tmp_path / f'whole{suffix}')
+    assert (whole.sets, whole.bad) == (80, 4)
+    assert whole.rejected
+    assert whole.not_rejected
+    pieces = tmp_path / f'pieces{suffix}'
+    for count in (1, 0, 3, 2):
+        with pytest.raises(KeyboardInterrupt):
+            run_sweep(plan(), pieces, stop_after(count))
+        assert not list(pieces.glob('sweep.[cp]*'))
+    done = []
+    run_sweep(plan(), pieces, tell=lambda *counts: done.append(counts))
+    assert done[0] == (42, 80)
+    assert done[-1] == (80, 80)
+    name = f'sweep{suffix or ".parquet"}'
+    assert (pieces / name).read_bytes() == (tmp_path / f'whole{suffix}' / name).read_bytes()
+    assert not (pieces / 'parts').exists()
+
+
+def test_a_killed_command_goes_on(tmp_path, spawn, eventreg):
+    command = [
+        'sweep',
+        'exact',
+        '-p',
+        'controller.k:=0.5..4/120',
+        '-p',
+        'controller.tau:=0.05..0.1/120',
+    ]
+    command += ['-p', '/**.rate:=50', '--duration', '200', '--out']
+    process = spawn('-m', 'eventreg_ros', *command, tmp_path / 'killed.csv')
+    while not list((tmp_path / 'killed.csv' / 'parts').glob('*.npz')) and process.poll() is None:
+        pass
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert eventreg(*command, tmp_path / 'killed.csv').returncode == 0
+    assert eventreg(*command, tmp_path / 'whole.csv').returncode == 0
+    tables = [(tmp_path / name / 'sweep.csv').read_bytes() for name in ('killed.csv', 'whole.csv')]
+    assert tables[0] == tables[1]
+    assert tables[0].count(b'\n') == 120 * 120 + 1
+
+
+def test_another_sweep_in_the_same_place_is_refused(tmp_path):
+    out = tmp_path / 'a.csv'
+    run_sweep(plan(), out)
+    for other in (
+        plan('controller.k:=-0.1..2/41', *PARAMETERS[1:]),
+        plan(settle=61.0),
+        plan(*PARAMETERS, 'plant.k:=1.5'),
+    ):
+        with pytest.raises(EventregError, match='holds another sweep: its ') as caught:
+            run_sweep(other, out)
+        assert len(str(caught.value)) <= 300 + len(str(out))
+    (tmp_path / 'b').mkdir()
+    (tmp_path / 'b' / 'precious').touch()
+    with pytest.raises(EventregError, match='holds no sweep'):
+        run_sweep(plan(), tmp_path / 'b')
+
+
+def test_a_finished_sweep_is_read_not_run(tmp_path):
+    out = tmp_path / 'a.csv'
+    first = run_sweep(plan(), out)
+
+    def never(plan, stretches):
+        raise AssertionError('run again')
+
+    again = run_sweep(plan(), out, never)
+    assert again.as_json() == first.as_json()
+    for name, column in first.columns.items():
+        assert again[name].tolist() == column.tolist() or column.dtype.kind == 'f'
+    assert json.loads((out / 'sweep.json').read_text())['plan']['parameters'] == list(PARAMETERS)
+    assert (out / 'scenario.yaml').read_text() == load('exact').to_yaml()
+
+
+def test_rows_without_a_verdict_say_why(tmp_path):
+    found = run_sweep(plan())
+    bad = [i for i, word in enumerate(found['verdict']) if word is None]
+    assert bad == [0, 1, 2, 3]
+    assert found['reason'][0] == 'controller.k must be a finite number >= 0, got -0.1'
+    assert [word for word in found['reason'][4:] if word is not None] == []
+    assert found['controller.k'][:2].tolist() == [-0.1, -0.1]
+
+
+def test_the_table_is_typed(tmp_path):
+    parquet = pytest.importorskip('pyarrow.parquet')
+    run_sweep(plan(), tmp_path / 'a')
+    table = parquet.read_table(tmp_path / 'a' / 'sweep.parquet')
+    names = ['controller.k', 'controller.tau', 'verdict', 'disturbance_events', 'preserved',
+             'spurious', 'missed', 'residual_max_abs', 'residual_rms']  # fmt: skip
+    assert table.column_names[: len(names)] == names
+    assert table['spurious'].null_count == table['residual_rms'].null_count == 4
+    assert str(table['spurious'].type) == 'int32'
+    assert table['verdict'].null_count == 4
