@@ -17,24 +17,22 @@ when it was stopped: the same command goes on.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import EventregError
+from ..files import need_writable, writing
 from .arguments import (
     add_json,
     add_scenario,
     add_window,
     check_plot,
-    need_writable,
     positive,
     whole,
     write_json,
     write_text,
-    writing,
 )
 from .progress import Count
 
@@ -89,7 +87,6 @@ def main(args: argparse.Namespace) -> int:
     need_writable(args.report)
     plan = _plan(args)
     _say_if_slow()
-    signal.signal(signal.SIGTERM, _interrupt)
     count = Count()
     kind = _border if args.border else _worst if args.worst is not None else _table
     try:
@@ -98,18 +95,13 @@ def main(args: argparse.Namespace) -> int:
         kept = f'; what is done is in {args.out}, the same command goes on' if args.out else ''
         count.clear()
         print(f'eventreg: stopped{kept}', file=sys.stderr)
-        return 130
+        raise
     count.clear()
     print(found.text, flush=True)
     write_json(args.json, found.result)
     if args.plot is not None or args.report is not None:
         _draw(args, plan, found)
     return 0
-
-
-def _interrupt(number: int, frame: object) -> None:
-    """Let a kill be like Ctrl-C."""
-    raise KeyboardInterrupt
 
 
 class Found(NamedTuple):
@@ -235,14 +227,15 @@ def _worst(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
 def _shown(plan: Plan, values: Sequence[Any]) -> Shown:
     """Return one set as it is drawn."""
     from ..analysis.events import detect
+    from ..analysis.signal import Signal
     from ..plots.comparison_plot import Shown
     from ..robustness.sets import Sets
     from ..simulation.sampled import simulate_sampled
 
     sets = Sets(plan)
     run = simulate_sampled(sets.scenario(values).loop, plan.duration, sets.impairment(values))
-    signals = {signal: (run.t, x) for signal, x in run.signals.items()}
-    found = {s: detect(t, x, *plan.criteria.detector) for s, (t, x) in signals.items()}
+    signals = {signal: Signal(run.t, x) for signal, x in run.signals.items()}
+    found = {s: detect(t, x, *plan.subject.criteria.detector) for s, (t, x) in signals.items()}
     return Shown('worst', signals, found)
 
 
@@ -252,7 +245,7 @@ def _draw(args: argparse.Namespace, plan: Plan, found: Found) -> None:
 
     picture = found.draw()
     if args.plot is not None:
-        with writing(args.plot):
-            save(picture, args.plot)
+        with writing(args.plot) as file:
+            save(picture, file)
     if args.report is not None:
         write_text(args.report, render_sweep(plan.name, plan.parameters, found.text, picture))

@@ -4,6 +4,8 @@
     {a,b,c}      these                         A..B         drawn uniformly
     A..Blog      drawn uniformly in log        VALUE~P%     normal, standard deviation P % of VALUE
 
+A and VALUE may be fractions (1/25..0.2/50); B too where N follows (1/25..1/5/50).
+
 The last three are laws: they need a number of sets. ``links`` in the place of a node are all links
 of the loop (``links.delay``, ``links.jitter`` in model time, ``links.loss``, ``links.seed``).
 """
@@ -19,9 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError
-from ..scenario import ros_yaml
 from ..scenario.hint import hint
-from ..scenario.reader import Override
+from ..scenario.reader import Override, typed
 
 Array = npt.NDArray[Any]
 """Values of an axis: floats, or objects where they are words."""
@@ -30,8 +31,10 @@ LINKS = 'links'
 OF_LINKS = ('delay', 'loss', 'jitter', 'seed')
 
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
-_RANGE = re.compile(rf'({_NUMBER})\.\.({_NUMBER})(?:/(\d+))? ?(log)?')
-_SPREAD = re.compile(rf'({_NUMBER})~({_NUMBER})%')
+_END = rf'{_NUMBER}(?:/{_NUMBER}(?=/))?'
+"""A number, or a fraction before a further /."""
+_RANGE = re.compile(rf'({_NUMBER}(?:/{_NUMBER})?)\.\.({_END})(?:/(\d+))? ?(log)?')
+_SPREAD = re.compile(rf'({_NUMBER}(?:/{_NUMBER})?)~({_NUMBER})%')
 _NAME = re.compile(r'(/\*\*|[^.:\s]+)\.([^:\s[\]]+)(?:\[(\d+)\])?')
 
 
@@ -120,11 +123,11 @@ def _values(spec: str, text: str) -> dict[str, Any] | None:
             raise ParameterError(f'-p {text}: a list must hold values ({{1,2,3}}), got {spec!r}')
         return {'values': tuple(_word(word, text) for word in words)}
     if found := _SPREAD.fullmatch(spec):
-        value, percent = map(float, found.groups())
+        value, percent = _number(found[1], text), float(found[2])
         return {'low': value, 'spread': abs(value) * abs(percent) / 100.0}
     if not (found := _RANGE.fullmatch(spec)):
         return None
-    low, high, log = float(found[1]), float(found[2]), bool(found[4])
+    low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
     if log and not 0.0 < low * high < np.inf:
         raise ParameterError(f'-p {text}: a log range must not reach or cross 0; leave out log')
     if found[3] is None:
@@ -137,5 +140,12 @@ def _values(spec: str, text: str) -> dict[str, Any] | None:
 
 
 def _word(word: str, text: str) -> Any:
-    value = ros_yaml.load(word, f'-p {text}')
+    value = typed(word, f'-p {text}')
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def _number(word: str, text: str) -> float:
+    value = _word(word, text)
+    if not isinstance(value, float):
+        raise ParameterError(f'-p {text}: a range is of numbers, got {word!r}')
+    return value

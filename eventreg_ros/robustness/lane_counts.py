@@ -132,29 +132,38 @@ def halves(start: int, size: int) -> list[tuple[int, int, int]]:
 
 
 def tally(
-    times: Array, counts: Any, y: int, y_r: int, w: int, settle: float, window: float, found: Array
+    times: Array,
+    counts: Any,
+    y: int,
+    y_r: int,
+    disturbances: Any,
+    settle: float,
+    window: float,
+    found: Array,
 ) -> None:
-    """Set ``found``, shape (6, LANES), from the events of all lanes.
+    """Set ``found``, shape (6, LANES), from the events of one plant in all lanes.
 
-    Its rows: disturbance events, preserved, spurious and missed after ``settle``; ``settling``,
-    when the last event came that y and y_r do not share, before ``settle`` or after; ``latency``,
-    the mean of y - y_r over the preserved. ``times`` has shape (signals, room, LANES), ``counts``
-    (signals, LANES); ``y``, ``y_r`` and ``w`` are signals, -1 for none.
+    Its rows: disturbance events, preserved, spurious and missed after ``settle``; when the last
+    event came that y and y_r do not share, before ``settle`` or after; the sum of y - y_r over the
+    preserved. ``times`` has shape (signals, room, LANES), ``counts`` (signals, LANES); ``y``,
+    ``y_r`` and each of ``disturbances`` are signals, ``y_r`` -1 for none.
     """
     for a in range(LANES):
         all_y, all_r = _events(times, counts, y, a), _events(times, counts, y_r, a)
         late_y, late_r = all_y[_first(all_y, settle) :], all_r[_first(all_r, settle) :]
-        late_w = _events(times, counts, w, a)
         pairs = match(late_y, late_r, window)
         latency = 0.0
         for i, j in pairs:
             latency += late_y[i] - late_r[j]
-        found[0, a] = len(late_w) - _first(late_w, settle)
+        found[0, a] = 0
+        for w in disturbances:
+            all_w = _events(times, counts, w, a)
+            found[0, a] += len(all_w) - _first(all_w, settle)
         found[1, a] = len(pairs)
         found[2, a] = len(late_y) - len(pairs)
         found[3, a] = len(late_r) - len(pairs)
         found[4, a] = _last_unmatched(all_y, all_r, match(all_y, all_r, window))
-        found[5, a] = latency / len(pairs) if len(pairs) else 0.0
+        found[5, a] = latency
 
 
 def _events(times: Array, counts: Any, signal: int, lane: int) -> Any:

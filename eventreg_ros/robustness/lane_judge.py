@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..analysis.rejection import ENOUGH
+from ..analysis.rejection import ENOUGH, NOT_REJECTED, REJECTED, UNDECIDED
+from ..analysis.signal import Size, together
+from ..analysis.subject import Subject
 from ..scenario import Criteria
 from ..simulation.jit import compile_entry
 from ..simulation.lanes import Lanes
@@ -18,7 +20,7 @@ from ..simulation.trajectory import Array
 from . import lane_counts
 from .outcome import VERDICTS, Rows, nothing
 
-_COUNTED = ('disturbance_events', 'preserved', 'spurious', 'missed', 'settling', 'latency')
+_COUNTED = ('disturbance_events', 'preserved', 'spurious', 'missed', 'settling', 'delay')
 """What :func:`.lane_counts.tally` finds, in its order."""
 
 
@@ -31,24 +33,71 @@ def _compiled(name: str) -> Any:
     return compile_entry(getattr(lane_counts, name))
 
 
+class _Plant(NamedTuple):
+    """A plant, by the places of its signals among the judged ones; ``y_r`` -1 without one."""
+
+    y: int
+    y_r: int
+    disturbances: npt.NDArray[np.int64]
+
+
 def judge_lanes(
-    lanes: Lanes, judged: Sequence[str], t: Array, criteria: Criteria
+    lanes: Lanes, judged: Sequence[str], t: Array, subject: Subject
 ) -> tuple[Rows, npt.NDArray[np.bool_]]:
     """Take lanes to their end; return a row for each, and which of the rows hold.
 
     A lane that does not stay finite, or has more events than there is room for, has no row.
     ``judged`` are the signals that the lanes hand out, ``t`` the times of all samples.
     """
-    events = _Events(len(judged), criteria)
-    left = _Residual(judged, t, criteria.settle)
+    plants = [
+        _Plant(
+            judged.index(plant.output),
+            -1 if plant.reference is None else judged.index(plant.reference),
+            np.array([judged.index(w) for w in plant.disturbances], dtype=np.int64),
+        )
+        for plant in subject.plants
+    ]
+    events = _Events(len(judged), subject.criteria)
+    left = [_Residual(plant, len(judged), t, subject.criteria.settle) for plant in plants]
     for first, last, samples in lanes.chunks():
         events.watch(first, last, samples, t)
-        left.gather(first, last, samples)
+        for each in left:
+            each.gather(first, last, samples)
     rows = nothing(LANES)
-    places = [judged.index(s) if s in judged else -1 for s in ('y', 'y_r', 'w')]
-    events.tally(rows, *places)
-    left.measure(rows)
+    _put_counts(rows, np.array([events.tally(plant) for plant in plants]))
+    _put_sizes(rows, left)
     return rows, lanes.finite & events.complete
+
+
+def _put_counts(rows: Rows, found: Array) -> None:
+    """Put what was found of all plants into ``rows``, shape (plants, numbers, LANES)."""
+    numbers = dict(zip(_COUNTED, found.swapaxes(0, 1), strict=True))
+    for name in ('disturbance_events', 'preserved', 'spurious', 'missed'):
+        rows[name] = numbers[name].sum(axis=0)
+    rows['settling'] = numbers['settling'].max(axis=0)
+    total, count = sum(numbers['delay'], np.zeros(LANES)), rows['preserved']
+    rows['latency'] = np.where(count > 0, total / np.maximum(count, 1), 0.0)
+    wrong = (numbers['spurious'] > 0) | (numbers['missed'] > 0)
+    enough = numbers['disturbance_events'] >= ENOUGH
+    undecided, rejected, not_rejected = map(VERDICTS.index, (UNDECIDED, REJECTED, NOT_REJECTED))
+    verdict = np.where((~enough).any(axis=0), undecided, rejected)
+    rows['verdict'] = np.where((enough & wrong).any(axis=0), not_rejected, verdict)
+
+
+def _put_sizes(rows: Rows, left: Sequence[_Residual]) -> None:
+    """Put the sizes of what is left of all plants into ``rows``."""
+    sizes = [each.measure() for each in left]
+    if sizes[0] is None:
+        return
+    known = [size for size in sizes if size is not None]
+    rows['peak'] = np.max([each.peak for each in left], axis=0)
+    if len(known) == 1:
+        rows['residual_max_abs'], rows['residual_rms'] = known[0]
+        return
+    for lane in range(LANES):
+        pairs = [Size(float(most[lane]), float(rms[lane])) for most, rms in known]
+        row = rows[lane]
+        row['residual_max_abs'], row['residual_rms'] = together(pairs)
 
 
 class _Events:
@@ -73,17 +122,12 @@ class _Events:
                 self._armed[j], self._hits[j], self._times[j].ravel(), self._counts[j],
             )  # fmt: skip
 
-    def tally(self, rows: Rows, y: int, y_r: int, w: int) -> None:
-        """Count and match them into ``rows``; the signals are numbers of judged ones."""
+    def tally(self, plant: _Plant) -> Array:
+        """Return the counts of one plant, shape (numbers, LANES), as :data:`_COUNTED` has them."""
         found = np.empty((len(_COUNTED), LANES))
         limits = self._criteria.settle, self._criteria.window
-        _compiled('tally')(self._times, self._counts, y, y_r, w, *limits, found)
-        for name, values in zip(_COUNTED, found, strict=True):
-            rows[name] = values
-        bad = (rows['spurious'] > 0) | (rows['missed'] > 0)
-        decided = rows['disturbance_events'] >= ENOUGH
-        words = [VERDICTS.index(word) for word in ('undecided', 'rejected', 'not rejected')]
-        rows['verdict'] = np.choose(decided * (1 + bad), words)
+        _compiled('tally')(self._times, self._counts, *plant, *limits, found)
+        return found
 
     @property
     def complete(self) -> npt.NDArray[np.bool_]:
@@ -95,29 +139,27 @@ class _Events:
 class _Residual:
     """What is left of the disturbance after ``settle``: y - y_r in all lanes."""
 
-    def __init__(self, judged: Sequence[str], t: Array, settle: float) -> None:
-        self._width = len(judged)
-        self._y, self._y_r = judged.index('y'), judged.index('y_r') if 'y_r' in judged else -1
+    def __init__(self, plant: _Plant, width: int, t: Array, settle: float) -> None:
+        self._plant, self._width = plant, width
         self._begin = int(np.searchsorted(t, settle))
         self._t = t[self._begin :]
         self._table = np.empty((len(self._t), LANES))
-        self._largest, self._peak = np.zeros(LANES), np.full(LANES, -np.inf)
+        self._largest, self.peak = np.zeros(LANES), np.full(LANES, -np.inf)
 
     def gather(self, first: int, last: int, samples: Array) -> None:
         """Take the samples of a chunk."""
         start = max(first + 1 if first else 0, self._begin)
         if start <= last:
             _compiled('gather')(
-                samples.ravel(), last - first, self._width, self._y, self._y_r,
+                samples.ravel(), last - first, self._width, self._plant.y, self._plant.y_r,
                 self._table[start - self._begin :].ravel(), start - first,
-                self._largest, self._peak,
+                self._largest, self.peak,
             )  # fmt: skip
 
-    def measure(self, rows: Rows) -> None:
-        """Put the sizes into ``rows``."""
+    def measure(self) -> tuple[Array, Array] | None:
+        """Return the largest magnitudes and the rms, shape (LANES,) each; None without samples."""
         if not len(self._t):
-            return
-        rows['residual_max_abs'], rows['peak'] = self._largest, self._peak
+            return None
         means = self._table[0] / np.where(self._largest == 0.0, 1.0, self._largest)
         means *= means
         if len(self._t) > 1:
@@ -128,4 +170,4 @@ class _Residual:
                 self._table.ravel(), len(self._t), lengths, lengths.sum(), *leaves.T.copy(),
                 self._largest, stack, means,
             )  # fmt: skip
-        rows['residual_rms'] = self._largest * np.sqrt(means)
+        return self._largest, self._largest * np.sqrt(means)

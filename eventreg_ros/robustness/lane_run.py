@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..analysis.subject import Subject
 from ..errors import EventregError
-from ..scenario import Criteria
 from ..simulation.block import BlockSpec
 from ..simulation.impairment import Impairment, Received, received
 from ..simulation.jit import compiles
@@ -23,7 +23,7 @@ from ..simulation.model_time import count_steps, model_times
 from ..simulation.sampled import Waveform
 from ..simulation.trajectory import Array
 from .lane_judge import judge_lanes
-from .outcome import JUDGED, Case, Outcomes, Rows, nothing, one_by_one
+from .outcome import Case, Outcomes, Rows, nothing, one_by_one
 
 MOST = 1 << 30
 """Bytes that one block of lanes may take; longer runs go one by one."""
@@ -39,7 +39,7 @@ class Template(NamedTuple):
     """
 
     loop: Loop
-    criteria: Criteria
+    subject: Subject
     duration: float
 
 
@@ -68,7 +68,7 @@ def _run_alone(cases: Sequence[Case]) -> Outcomes:
 
 def _run_group(cases: Sequence[Case], pool: ThreadPoolExecutor | None) -> Outcomes:
     first = cases[0]
-    template = Template(first.loop, first.criteria, first.duration)
+    template = Template(first.loop, first.subject, first.duration)
     start = Start.of([list(case.loop.blocks.values()) for case in cases])
     return run_alike(template, start, [case.impairment for case in cases], pool)
 
@@ -80,18 +80,19 @@ def _kind(case: Case) -> Any:
         steps = count_steps(case.duration, grid[0] / grid[1])
     except EventregError:
         return None
-    if not lanes_can(case.loop, steps, case.criteria):
+    if not lanes_can(case.loop, steps, case.subject):
         return None
-    structure = structure_of(case.loop, _judged(case.loop), False)
+    structure = structure_of(case.loop, case.subject.needed, False)
     holds = tuple(spec.hold for spec in case.loop.blocks.values())
-    return structure, grid, holds, case.criteria, case.duration, tuple(case.loop.stimuli.values())
+    return structure, grid, holds, case.subject, case.duration, tuple(case.loop.stimuli.values())
 
 
-def lanes_can(loop: Loop, steps: int, criteria: Criteria) -> bool:
+def lanes_can(loop: Loop, steps: int, subject: Subject) -> bool:
     """Say whether such runs can go in lanes; else they go one by one, to the same end."""
-    size = 8 * LANES * steps * (1 + len(loop.links) + len(loop.signals))
-    plain = criteria.refractory == 0.0 and criteria.min_width == 0.0
-    return compiles() and plain and steps > 0 and size <= MOST and 'y' in loop.signals
+    size = 8 * LANES * steps * (len(subject.plants) + len(loop.links) + len(loop.signals))
+    plain = subject.criteria.refractory == 0.0 and subject.criteria.min_width == 0.0
+    known = subject.plants and set(subject.needed) <= set(loop.signals)
+    return compiles() and plain and steps > 0 and size <= MOST and bool(known)
 
 
 def run_alike(
@@ -130,7 +131,7 @@ class _Group:
         self._steps = count_steps(template.duration, self._h)
         self._t = model_times(self._steps, time_scale, rate)
         self._signals = tuple(signal for _, signal in loop.links)
-        self._judged = _judged(loop)
+        self._judged = template.subject.needed
         waves = [Waveform(stimulus).at(self._t) for stimulus in loop.stimuli.values()]
         self._open = np.array(waves).reshape(len(waves), len(self._t), 1)
         self._horizons = np.array([spec.horizon for spec in loop.blocks.values()])
@@ -155,7 +156,7 @@ class _Group:
             for b, (name, spec) in enumerate(specs)
         }
         loop = Loop(blocks, self._template.loop.stimuli)
-        return Case(loop, self._impairments[i], self._template.criteria, self._template.duration)
+        return Case(loop, self._impairments[i], self._template.subject, self._template.duration)
 
     def run(self, places: Any) -> tuple[Rows, Any]:
         """Return the rows of one block of lanes, and which of them hold."""
@@ -169,7 +170,7 @@ class _Group:
         links = Links.common(have[0]) if common else Links.scattered(have)
         structure = structure_of(self._template.loop, self._judged, not common)
         course = Course(structure, self._steps, self._h, self._horizons, self._open, links)
-        return judge_lanes(Lanes(course, start), self._judged, self._t, self._template.criteria)
+        return judge_lanes(Lanes(course, start), self._judged, self._t, self._template.subject)
 
     @property
     def _parts(self) -> tuple[Sequence[Array], Sequence[Array], Sequence[Array]]:
@@ -180,11 +181,6 @@ def _with(spec: BlockSpec, x: Array, params: Array) -> BlockSpec:
     pack = type(spec.params)
     made = pack(*params.tolist()) if hasattr(pack, '_fields') else tuple(params.tolist())
     return replace(spec, x0=tuple(x.tolist()), params=made)
-
-
-def _judged(loop: Loop) -> tuple[str, ...]:
-    signals = set(loop.signals)
-    return tuple(signal for signal in JUDGED if signal in signals)
 
 
 @lru_cache(maxsize=64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +12,14 @@ from ..analysis.decision import decide, summary
 from ..analysis.events import detect
 from ..analysis.evidence import complete
 from ..analysis.rejection import outcomes
-from ..analysis.signal import Signal, size
-from ..analysis.subject import subject_by_name
+from ..analysis.signal import Signal, size, together
+from ..analysis.subject import Subject
 from ..analysis.verdict import residual
 from ..errors import EventregError
-from ..scenario import Criteria
 from ..simulation.impairment import Impairment
 from ..simulation.loop import Loop
 from ..simulation.sampled import simulate_sampled
-from ..simulation.trajectory import Array, Trajectory
+from ..simulation.trajectory import Trajectory
 
 VERDICTS = ('', 'rejected', 'not rejected', 'undecided')
 """A row holds the place of its verdict here; '' is that of a set that could not be run."""
@@ -40,19 +40,18 @@ ROW = np.dtype(
 )
 """The numbers of a row. Beyond those of the report: ``peak``, the largest y - y_r after ``settle``
 (y without a reference); ``settling``, when the last event came that y and y_r do not share;
-``latency``, the mean of y - y_r over the preserved events; times are model times."""
+``latency``, the mean of y - y_r over the preserved events; times are model times. With several
+plants, over all of them."""
 
 Rows = npt.NDArray[np.void]
-JUDGED = ('w', 'y', 'y_r')
-"""The signals that decide the verdict."""
 
 
 class Case(NamedTuple):
-    """One run: a loop, what happens on its links, and what it is judged by (model time)."""
+    """One run: a loop, what happens on its links, what is judged of it, how long (model time)."""
 
     loop: Loop
     impairment: Impairment
-    criteria: Criteria
+    subject: Subject
     duration: float
 
 
@@ -85,41 +84,44 @@ def one_by_one(case: Case) -> Outcome:
         run = simulate_sampled(case.loop, case.duration, case.impairment)
     except EventregError as error:
         return Outcome(nothing(1)[0], str(error))
-    return Outcome(judged(run, case.criteria), '')
+    return Outcome(judged(run, case.subject), '')
 
 
-def judged(run: Trajectory, criteria: Criteria) -> Rows:
+def judged(run: Trajectory, subject: Subject) -> Rows:
     """Return the row of a run."""
-    signals = {s: Signal(run.t, run.signals[s]) for s in JUDGED if s in run.signals}
-    subject = subject_by_name(signals, criteria)
-    events = {s: detect(t, x, *criteria.detector) for s, (t, x) in signals.items()}
-    evidence = complete(criteria.settle, float(run.t[-1]))
+    limits = subject.criteria
+    signals = {s: Signal(run.t, run.signals[s]) for s in subject.needed}
+    events = {s: detect(t, x, *limits.detector) for s, (t, x) in signals.items()}
+    evidence = complete(limits.settle, float(run.t[-1]))
     found = summary(decide(subject, events, evidence))
     row = nothing(1)
     row['verdict'] = VERDICTS.index(found.verdict)
     for name in ('disturbance_events', 'preserved', 'spurious', 'missed'):
         row[name] = getattr(found.rejection, name)
-    left_over = size(residual(signals, subject.plants[0]), evidence.span)
-    for name, value in left_over._asdict().items():
+    left = [residual(signals, plant) for plant in subject.plants]
+    sizes = together([size(signal, evidence.span) for signal in left])
+    for name, value in sizes._asdict().items():
         row[f'residual_{name}'] = np.nan if value is None else value
-    late = run.t >= criteria.settle
-    y, y_r = run.signals['y'], run.signals.get('y_r')
-    left = (y if y_r is None else y - y_r)[late]
-    row['peak'] = left.max() if len(left) else np.nan
-    row['settling'], row['latency'] = _times(run, y, y_r, criteria)
+    if (late := run.t >= limits.settle).any():
+        row['peak'] = max(signal.x[late].max() for signal in left)
+    row['settling'], row['latency'] = _times(events, subject)
     only: Rows = row[0]
     return only
 
 
-def _times(run: Trajectory, y: Array, y_r: Array | None, criteria: Criteria) -> tuple[float, float]:
-    events = detect(run.t, y, *criteria.detector)
-    asked = [] if y_r is None else detect(run.t, y_r, *criteria.detector)
-    whole = outcomes(events, asked, -np.inf, criteria.window)
-    late = outcomes(events, asked, criteria.settle, criteria.window)
-    answered = [t for t in asked if t >= criteria.settle and t not in late.missed]
-    latency = 0.0
-    for t, t_r in zip(late.preserved, answered, strict=True):
-        latency += t - t_r
-    count = len(answered)
-    settling = max([0.0, *whole.spurious, *whole.missed])
-    return settling, latency / count if count else 0.0
+def _times(events: Mapping[str, Sequence[float]], subject: Subject) -> tuple[float, float]:
+    limits = subject.criteria
+    settling, count, total = 0.0, 0, 0.0
+    for plant in subject.plants:
+        y = events[plant.output]
+        y_r = [] if plant.reference is None else events[plant.reference]
+        whole = outcomes(y, y_r, -np.inf, limits.window)
+        settling = max([settling, *whole.spurious, *whole.missed])
+        late = outcomes(y, y_r, limits.settle, limits.window)
+        answered = [t for t in y_r if t >= limits.settle and t not in late.missed]
+        delay = 0.0
+        for t, t_r in zip(late.preserved, answered, strict=True):
+            delay += t - t_r
+        total += delay
+        count += len(answered)
+    return settling, total / count if count else 0.0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from .. import scenario as scenarios
-from ..analysis.criteria import SETTLE, WINDOW, Criteria
+from ..analysis.subject import Subject, subject_of
 from ..errors import EventregError
 from ..scenario import Scenario
 from ..scenario.links import need_linked
@@ -22,7 +22,7 @@ class Plan:
 
     ``parameters`` are NODE.PARAM:=SPEC as given, see :mod:`.axes`; ``sampling`` is ``grid`` or one
     of :data:`.design.SAMPLINGS`; ``on`` are the signals whose links are impaired, None for all.
-    ``duration``, ``settle`` and ``window`` are in model time.
+    ``duration``, ``settle`` and ``window`` are in model time; None: as the scenario says.
     """
 
     name: str
@@ -33,8 +33,8 @@ class Plan:
     sampling: str = 'grid'
     on: tuple[str, ...] | None = None
     duration: float = 400.0
-    settle: float = SETTLE
-    window: float = WINDOW
+    settle: float | None = None
+    window: float | None = None
 
     @classmethod
     def of(cls, scenario: Scenario, parameters: Sequence[str], **more: Any) -> Plan:
@@ -43,9 +43,9 @@ class Plan:
         Raises EventregError.
         """
         more = {name: value for name, value in more.items() if value is not None}
-        if 'duration' not in more:
-            more['duration'] = max(400.0, more.get('settle', SETTLE) + 300.0)
         plan = cls(scenario.name, scenario.to_yaml(), tuple(parameters), **more)
+        if 'duration' not in more:
+            plan = replace(plan, duration=plan.subject.criteria.duration(plan.duration))
         plan.check()
         return plan
 
@@ -54,8 +54,6 @@ class Plan:
         loop, axes = self.scenario.loop, self.axes
         _ = self.scenario.rate, self.scenario.time_scale, self.design
         need_linked(loop, self.impairment.on)
-        if 'y' not in loop.signals:
-            raise EventregError(f'scenario {self.name} has no y to judge; name its plant')
         nodes = set(self.scenario.nodes)
         for axis in axes:
             if axis.node not in (LINKS, '/**') and axis.node not in nodes:
@@ -93,13 +91,17 @@ class Plan:
         return design_of(self.axes, self.sets, self.seed, self.sampling)
 
     @property
-    def criteria(self) -> Criteria:
-        """What the verdicts rest on."""
-        return self.criteria_of(self.scenario)
+    def subject(self) -> Subject:
+        """What is judged. Raises EventregError when there is no plant."""
+        return self.subject_of(self.scenario)
 
-    def criteria_of(self, scenario: Scenario) -> Criteria:
+    def subject_of(self, scenario: Scenario) -> Subject:
         """Return the same for a set whose scenario is another."""
-        return Criteria(*scenario.monitor, settle=self.settle, window=self.window)
+        subject = subject_of(scenario, scenario.loop.signals)
+        if not subject.plants:
+            raise EventregError(f'scenario {self.name} has no plant to judge; name one')
+        limits = subject.criteria.overridden(settle=self.settle, window=self.window)
+        return replace(subject, criteria=limits)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as JSON holds it."""

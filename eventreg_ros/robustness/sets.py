@@ -29,7 +29,7 @@ class Sets:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.axes = plan.axes
-        self._scenario, self._criteria = plan.scenario, plan.criteria
+        self._scenario, self._subject = plan.scenario, plan.subject
         self._loop, self._impairment = self._scenario.loop, plan.impairment
         self._of_links = [i for i, axis in enumerate(self.axes) if axis.node == LINKS]
         self._of_nodes = [i for i, axis in enumerate(self.axes) if axis.node != LINKS]
@@ -40,7 +40,7 @@ class Sets:
     def _in_lanes(self) -> bool:
         time_scale, rate = self._loop.grid
         steps = count_steps(self.plan.duration, time_scale / rate)
-        return lanes_can(self._loop, steps, self._criteria)
+        return lanes_can(self._loop, steps, self._subject)
 
     def run(self, columns: Sequence[Array], pool: ThreadPoolExecutor | None = None) -> Outcomes:
         """Return the outcomes of the sets with these values, one array of shape (n,) per axis."""
@@ -118,7 +118,7 @@ class Sets:
                 continue
             pairs = zip(x[b].tolist(), params[b].tolist(), strict=True)
             outputs.append(np.array([spec.model.output(tuple(s), 0.0, tuple(p)) for s, p in pairs]))
-        template = Template(self._loop, self._criteria, self.plan.duration)
+        template = Template(self._loop, self._subject, self.plan.duration)
         return run_alike(template, Start(x, params, outputs), impairments, pool)
 
     def _slow(
@@ -133,13 +133,12 @@ class Sets:
             try:
                 scenario = self.scenario([column[i] for column in columns])
                 loop = scenario.loop
-                _ = loop.grid
+                _ = loop.grid, self.plan.subject_of(scenario)
             except EventregError as error:
                 reasons[i] = str(error)
                 continue
             links = impairments[0 if len(impairments) == 1 else i]
-            criteria = self.plan.criteria_of(scenario)
-            cases.append(Case(loop, links, criteria, self.plan.duration))
+            cases.append(Case(loop, links, self.plan.subject_of(scenario), self.plan.duration))
             good.append(i)
         rows, found = nothing(count), run(cases, pool)
         rows[good] = found.rows

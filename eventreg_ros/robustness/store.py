@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import EventregError
+from ..files import writing
 from .outcome import Outcomes
 from .plan import Plan
 
@@ -36,13 +37,13 @@ class Store:
         self._need_same_plan()
         try:
             path.mkdir(parents=True, exist_ok=True)
-            _write(path / 'scenario.yaml', plan.text)
-            if not self._json.exists():
-                self._note({})
         except OSError as error:
             raise EventregError(
                 f'cannot write {path}: {error.strerror}; name another --out'
             ) from None
+        _write(path / 'scenario.yaml', plan.text)
+        if not self._json.exists():
+            self._note({})
 
     @property
     def table(self) -> Path:
@@ -92,11 +93,9 @@ class Store:
         """Keep the outcomes of a stretch."""
         path = self._parts / f'{stretch.first:012d}-{stretch.last:012d}.npz'
         path.parent.mkdir(exist_ok=True)
-        draft = path.with_suffix('.draft')
         reasons = np.frombuffer(json.dumps(list(outcomes.reasons.items())).encode(), np.uint8)
-        with draft.open('wb') as file:
+        with writing(path) as file:
             np.savez(file, rows=outcomes.rows, reasons=reasons)
-        draft.replace(path)
 
     def done(self) -> list[Stretch]:
         """Return the stretches that are done, in order, none twice."""
@@ -132,9 +131,8 @@ class Store:
 
 
 def _write(path: Path, text: str) -> None:
-    draft = path.with_name(path.name + '.draft')
-    draft.write_text(text, encoding='utf-8')
-    draft.replace(path)
+    with writing(path) as file:
+        file.write_text(text, encoding='utf-8')
 
 
 def _short(value: Any) -> str:

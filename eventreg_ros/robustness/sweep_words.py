@@ -18,7 +18,7 @@ def sweep_words(sweep: Sweep, share: Yield | None, found: Sequence[Index]) -> st
     pace = sweep.sets / sweep.seconds if sweep.seconds > 0.0 else 0.0
     lines = [
         f'{plan.name}: {sweep.sets} sets of {varied}; {plan.duration:g} model time units each, '
-        f'counted after {plan.settle:g}',
+        f'counted after {plan.subject.criteria.settle:g}',
         f'rejected {sweep.rejected}, not rejected {sweep.not_rejected}, '
         f'undecided {sweep.undecided}, without a verdict {sweep.bad}',
         f'{sweep.seconds:.1f} s, {pace:.0f} sets a second'

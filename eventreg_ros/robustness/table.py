@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import EventregError
+from ..files import writing
 from .axes import Array
 from .design import Design
 from .outcome import ROW, VERDICTS, Outcomes
@@ -80,9 +81,8 @@ def check_table(path: Path) -> None:
 
 def write_table(path: Path, rows: Iterator[dict[str, Array]]) -> None:
     """Write the table; it appears whole or not at all. The same rows make the same bytes."""
-    draft = path.with_name(path.name + '.draft')
-    (_write_csv if path.suffix == '.csv' else _write_parquet)(draft, rows)
-    draft.replace(path)
+    with writing(path) as file:
+        (_write_csv if path.suffix == '.csv' else _write_parquet)(file, rows)
 
 
 def _write_parquet(path: Path, rows: Iterator[dict[str, Array]]) -> None:

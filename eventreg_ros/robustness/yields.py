@@ -90,12 +90,13 @@ def scenario_text(plan: Plan, values: Sequence[Any]) -> str:
     """Return a set as the text of a scenario, with the command that simulates it above it."""
     sets = Sets(plan)
     links = sets.impairment(values)
-    options = [
+    limits = {'settle': plan.settle, 'window': plan.window}
+    options = [f'--{name} {value!r}' for name, value in limits.items() if value is not None]
+    options += [
         f'--{name} {getattr(links, name)!r}'
         for name in ('delay', 'loss', 'jitter', 'seed')
         if getattr(links, name)
     ]
     options += [f'--on {",".join(sorted(links.on))}'] if links.on else []
-    more = f' --settle {plan.settle:g} --window {plan.window:g}'
-    command = f'# eventreg simulate THIS.yaml --sampled --duration {plan.duration!r}{more}'
+    command = f'# eventreg simulate THIS.yaml --sampled --duration {plan.duration!r}'
     return ' '.join([command, *options]) + '\n' + sets.scenario(values).to_yaml()

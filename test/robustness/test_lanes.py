@@ -1,15 +1,16 @@
 """Runs in lanes against runs one by one: the same rows, to the last bit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from eventreg_ros import load
+from eventreg_ros.analysis.subject import subject_of
 from eventreg_ros.robustness import lane_counts, lane_judge, lane_run
 from eventreg_ros.robustness.outcome import Case, one_by_one
-from eventreg_ros.scenario import Criteria
+from eventreg_ros.scenario import parse
 from eventreg_ros.simulation.impairment import Impairment
-
-CRITERIA = Criteria(settle=60.0)
 
 
 def scenario(name, rng):
@@ -30,6 +31,12 @@ def scenario(name, rng):
     return load(name, *overrides, '/**.rate:=50')
 
 
+def judged(made, **more):
+    """What is judged of a scenario, from t = 60 on."""
+    subject = subject_of(made, made.loop.signals)
+    return replace(subject, criteria=replace(subject.criteria, settle=60.0, **more))
+
+
 def cases(name, count, impaired, seed):
     rng = np.random.default_rng(seed)
     found = []
@@ -41,8 +48,7 @@ def cases(name, count, impaired, seed):
                 int(rng.integers(0, 3)),
             )  # fmt: skip
         made = scenario(name, rng)
-        criteria = made.criteria.overridden(settle=60.0)
-        found.append(Case(made.loop, links, criteria, 250.0))
+        found.append(Case(made.loop, links, judged(made), 250.0))
     return found
 
 
@@ -69,14 +75,36 @@ def test_cases_of_several_kinds_come_back_in_their_order():
     pytest.importorskip('numba')
     tried = cases('exact', 3, False, 1) + cases('uncontrolled', 2, False, 2)
     tried.insert(1, cases('exact', 1, False, 3)[0]._replace(duration=120.0))
-    tried.insert(3, tried[0]._replace(criteria=Criteria(refractory=3.0)))
+    tried.insert(3, tried[0]._replace(subject=judged(load('exact'), refractory=3.0)))
     assert_same(lane_run.run(tried), [one_by_one(case) for case in tried])
+
+
+BANK = """\
+/**: {ros__parameters: {rate: 50.0}}
+exosystem: {ros__parameters: {}}
+exosystem_2: {ros__parameters: {tau: 0.05}}
+plant: {ros__parameters: {excitatory: [w, w_2], inhibitory: [u]}}
+plant_2: {ros__parameters: {k: 1.5, excitatory: [w, w_2], inhibitory: [u]}}
+reference_2: {ros__parameters: {excitatory: [u]}}
+controller: {ros__parameters: {k: 1.5, adapt: 0.02}}
+"""
+
+
+def test_several_generators_and_plants_are_judged_together():
+    pytest.importorskip('numba')
+    rng = np.random.default_rng(2)
+    found = []
+    for _ in range(10):
+        made = parse(BANK, 'bank', [f'controller.tau:={rng.uniform(0.04, 0.2)}'])
+        found.append(Case(made.loop, Impairment(), judged(made), 250.0))
+    assert len(found[0].subject.plants) == 2
+    assert_same(lane_run.run(found), [one_by_one(case) for case in found])
 
 
 def test_a_run_that_diverges_has_the_reason_of_simulate():
     pytest.importorskip('numba')
-    wild = load('exact', '/**.rate:=50', 'controller.k:=40').loop
-    tried = [*cases('exact', 2, False, 1), Case(wild, Impairment(), CRITERIA, 250.0)]
+    wild = load('exact', '/**.rate:=50', 'controller.k:=40')
+    tried = [*cases('exact', 2, False, 1), Case(wild.loop, Impairment(), judged(wild), 250.0)]
     found = lane_run.run(tried)
     assert_same(found, [one_by_one(case) for case in tried])
     assert 'stops being finite at t = ' in found.reasons[2]

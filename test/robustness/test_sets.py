@@ -51,10 +51,10 @@ def test_a_row_is_what_simulate_says():
             scenario, 250.0, sampled=True, delay=delay, loss=loss, seed=int(seed), on=['u']
         )
         report = judge(run, 60.0)
-        assert VERDICTS[rows['verdict'][i]] == report['verdict']
-        assert rows['residual_rms'][i] == report['residual']['rms']
-        assert rows['residual_max_abs'][i] == report['residual']['max_abs']
-        assert rows['spurious'][i] == report['rejection']['spurious']
+        assert VERDICTS[rows['verdict'][i]] == report.verdict
+        assert rows['residual_rms'][i] == report.residual.rms
+        assert rows['residual_max_abs'][i] == report.residual.max_abs
+        assert rows['spurious'][i] == report.rejection.spurious
 
 
 @pytest.mark.parametrize('slow', [False, True])
