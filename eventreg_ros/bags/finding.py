@@ -58,3 +58,8 @@ class Note(NamedTuple):
     topic: str | None
     stamp: int | None
     text: str
+
+
+def many(count: int, of: int) -> str:
+    """Return how many samples of how many."""
+    return f'{count} of {of} samples'

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import datetime, timedelta, timezone
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from .channel import Index, Stamps
-from .finding import Note
+from .finding import Note, many
+from .first_run import first_run
 from .messages import Flags, Values
-from .times import HOUR, SECOND
+from .times import HOUR
 
 _BLOCK = 2**15
 _FEW = 0.25
 """A part of the samples that is smaller than this is a mishap, a larger one another recording."""
-_STRAYS = 200
-"""Of so many samples, one may be a stray; more that belong together are a run."""
-_UNORDERED = 20
-_PERIODS = 8
 
 
 class Track(NamedTuple):
@@ -97,7 +93,7 @@ def _within(signal: str, track: Track, inside: Flags, notes: list[Note]) -> Trac
     if not out:
         return track
     first = int(track.stamps[int(inside.argmin())])
-    who = f'{_many(out, len(inside))} of {signal} (the first: {_when(first)})'
+    who = f'{many(out, len(inside))} of {signal} (the first: {_when(first)})'
     if out <= _FEW * len(inside):
         text = f'the stamps of {who} make no sense; they are left out'
         notes.append(Note('nonsense-stamps', signal, None, text))
@@ -110,10 +106,6 @@ def _within(signal: str, track: Track, inside: Flags, notes: list[Note]) -> Trac
     return track.only(inside)
 
 
-def _many(count: int, of: int) -> str:
-    return f'{count} of {of} samples'
-
-
 def _when(stamp: int) -> str:
     try:
         moment = datetime(1970, 1, 1, tzinfo=timezone.utc) + timedelta(microseconds=stamp // 1000)
@@ -122,14 +114,15 @@ def _when(stamp: int) -> str:
     return moment.strftime('%Y-%m-%d %H:%M:%S UTC')
 
 
-# Runs under stamps that were there already -------------------------------------------------------
+# Order ------------------------------------------------------------------------------------------
 
 
 def _ordered(signal: str, track: Track, notes: list[Note]) -> Track:
     """Return the samples of the first run in the order of their stamps."""
     least, period, regular = _steps(track.stamps)
     if least <= 0:
-        track = _first_run(signal, track, notes)
+        first = first_run(signal, track.stamps, notes)
+        track = track if first is None else track.only(first)
         if (np.diff(track.stamps) < 0).any():
             track = track.only(np.argsort(track.stamps, kind='stable'))
         track = _moving(signal, track, notes)
@@ -151,108 +144,6 @@ def _steps(stamps: Stamps) -> tuple[int, int, int]:
         least = min(least, int(steps.min()))
         regular += int(np.count_nonzero(steps == usual))
     return least, usual, regular
-
-
-class _Segment(NamedTuple):
-    """Samples that follow each other in the file without a jump: first, after the last, stamps."""
-
-    first: int
-    after: int
-    low: int
-    high: int
-
-    def overlaps(self, other: _Segment, slack: int) -> bool:
-        """Whether it covers time that ``other`` covers."""
-        return self.low < other.high - slack and self.high > other.low + slack
-
-
-def _first_run(signal: str, track: Track, notes: list[Note]) -> Track:
-    """Leave out what was recorded under stamps that were recorded before, and single strays.
-
-    A file that is out of order for its own reasons (by less than a second, or all over) is left
-    as it is.
-    """
-    stamps = track.stamps
-    steps = np.diff(stamps)
-    back = int(np.count_nonzero(steps < -SECOND))
-    if not back or back > max(_UNORDERED, len(steps) // _UNORDERED):
-        return track
-    usual = int(np.median(steps[steps > 0])) if (steps > 0).any() else 0
-    slack = max(SECOND, _PERIODS * usual)
-    edges = [0, *(np.flatnonzero(np.abs(steps) > slack) + 1).tolist(), len(stamps)]
-    parts = [
-        _Segment(a, b, int(stamps[a:b].min()), int(stamps[a:b].max())) for a, b in pairwise(edges)
-    ]
-    size = max(3, len(stamps) // _STRAYS)
-    runs = [part for part in parts if part.after - part.first > size]
-    kept = _first_of(runs, slack)
-    again = [part for part in runs if part not in kept]
-    strays = [part for part in parts if part not in runs and not _fits(part, kept, slack)]
-    _say_again(signal, again, len(stamps), notes)
-    _say_strays(signal, strays, len(stamps), notes)
-    good = np.ones(len(stamps), bool)
-    for part in (*again, *strays):
-        good[part.first : part.after] = False
-    return track.only(good)
-
-
-def _first_of(runs: list[_Segment], slack: int) -> list[_Segment]:
-    """Return the runs that cover no time twice, and that do not go back.
-
-    Parts of one recording that merely lie in the file in another order leave no holes: they stay.
-    """
-    kept: list[_Segment] = []
-    for part in runs:
-        if not any(part.overlaps(other, slack) for other in kept):
-            kept.append(part)
-    ordered = sorted(kept, key=lambda part: part.low)
-    if all(after.low - before.high <= slack for before, after in pairwise(ordered)):
-        return kept
-    latest = -(2**63)
-    forward = []
-    for part in kept:
-        if part.low > latest - slack:
-            forward.append(part)
-            latest = part.high
-    return forward
-
-
-def _fits(part: _Segment, kept: list[_Segment], slack: int) -> bool:
-    """Whether a few samples lie, by their stamps, between what precedes and what follows them.
-
-    Or, in a file whose parts are in another order, next to one of those.
-    """
-    before = [other.high for other in kept if other.first < part.first]
-    after = [other.low for other in kept if other.first > part.first]
-    if (not before or part.low >= max(before) - slack) and (
-        not after or part.high <= min(after) + slack
-    ):
-        return True
-    beside = (abs(part.low - o.high) <= slack or abs(part.high - o.low) <= slack for o in kept)
-    return any(beside) and not any(part.overlaps(other, slack) for other in kept)
-
-
-def _say_again(signal: str, again: list[_Segment], total: int, notes: list[Note]) -> None:
-    if not again:
-        return
-    count = sum(part.after - part.first for part in again)
-    start = min(part.low for part in again)
-    text = (
-        f'the stamps of {signal} go back: {_many(count, total)} are of a second run, or of a clock '
-        'that was set back, and are left out'
-    )
-    notes.append(Note('second-run', signal, start, text))
-
-
-def _say_strays(signal: str, strays: list[_Segment], total: int, notes: list[Note]) -> None:
-    if not strays:
-        return
-    count = sum(part.after - part.first for part in strays)
-    text = (
-        f'the stamps of {_many(count, total)} of {signal} do not belong between those of their '
-        'neighbours; they are left out'
-    )
-    notes.append(Note('nonsense-stamps', signal, strays[0].low, text))
 
 
 # Stamps that stand still, or leave the grid ------------------------------------------------------
@@ -302,7 +193,7 @@ def _off_grid(signal: str, track: Track, period: int, notes: list[Note]) -> None
     off = np.flatnonzero(phase != int(np.median(phase)))
     if 0 < len(off) <= len(phase) // 100:
         text = (
-            f'the stamps of {_many(len(off), len(phase))} of {signal} are off the grid of all '
+            f'the stamps of {many(len(off), len(phase))} of {signal} are off the grid of all '
             'others: they were changed'
         )
         notes.append(Note('stamps-off-grid', signal, int(track.stamps[off[0]]), text))
