@@ -84,6 +84,7 @@ def adaptive(model: Model) -> Model:
         learns=None,
         learned=(learner.parameter,),
         base=model,
+        split=split,
     )
 
 

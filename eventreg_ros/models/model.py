@@ -23,6 +23,7 @@ State = tuple[float, ...]
 Params = tuple[float, ...]
 Rhs = Callable[[State, float, Params], State]
 Output = Callable[[State, float, Params], float]
+Split = Callable[[State, Params], tuple[State, Params]]
 Jacobian = Callable[[State, float, Params], tuple[State, ...]]
 
 
@@ -100,7 +101,7 @@ class Model:
     within its bounds after each step. ``observed`` are
     the states that are published beside the output. ``learns`` says how a controller may learn a
     parameter; ``learned`` names the parameters that are the last states instead, in a model made of
-    ``base``.
+    ``base``, whose state and parameters ``split(x, p)`` returns.
     """
 
     name: str
@@ -119,6 +120,7 @@ class Model:
     learns: Learner | None = None
     learned: tuple[str, ...] = ()
     base: Model | None = None
+    split: Split | None = None
 
     @property
     def own(self) -> int:

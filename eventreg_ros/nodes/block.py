@@ -13,7 +13,7 @@ from ..runtime.cdr import packed
 from ..scenario import block_spec
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
-from .managed import Status
+from .managed import FaultError, Status
 from .pace import Lines
 from .signal import SignalNode
 from .topics import signal_topic
@@ -40,7 +40,12 @@ class BlockNode(SignalNode):
         return block_spec(self.label, self.values)
 
     def open(self) -> None:
-        """Create publishers and subscriptions."""
+        """Create publishers and subscriptions. Raises FaultError where it is to predict."""
+        if self.spec.numbered is not None:
+            raise FaultError(
+                f'{self.label}.predict: nodes do not predict yet; set it to false, or use '
+                'eventreg simulate --sampled'
+            )
         super().open()
         self.stack.callback(self.observed.clear)
         self._open_observed()

@@ -21,7 +21,7 @@ from ..models.roles import ROLES
 from .hint import hint
 from .names import NodeName, split
 from .parameter import ACTIVE, INACTIVE, Parameter
-from .table import MODEL, OTHERS, PACE, ROUTE, WIRES
+from .table import FORESIGHT, MODEL, OTHERS, PACE, ROUTE, WIRES
 
 _TOPIC = re.compile(r'[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
@@ -40,7 +40,8 @@ def parameters_of(node: str, given: Mapping[str, Any] | None = None) -> dict[str
     elif foreign:
         rows = ROUTE + _wires(name) + PACE
     else:
-        rows = ROUTE + _model_rows(name.kind, given) + _wires(name) + PACE
+        foresight = FORESIGHT if name.kind == 'controller' else ()
+        rows = ROUTE + _model_rows(name.kind, given) + _wires(name) + foresight + PACE
     return {row.name: _named_after(name, row) for row in rows}
 
 
@@ -107,7 +108,7 @@ def _row_of(parameter: ModelParameter) -> Parameter:
 
 def all_parameters() -> dict[str, None]:
     """Return the names of all parameters that a node of ours may have, models of others apart."""
-    rows = [*ROUTE, *MODEL, *_learning_rows(OSCILLATOR), *WIRES, *PACE]
+    rows = [*ROUTE, *MODEL, *_learning_rows(OSCILLATOR), *WIRES, *FORESIGHT, *PACE]
     rows += [row for table in OTHERS.values() for row in table]
     return {row.name: None for row in rows}
 
@@ -166,6 +167,8 @@ def completed(
 
 def _check_together(node: str, values: Mapping[str, Any]) -> None:
     _check_signals(node, values)
+    if values.get('predict'):
+        _check_prediction(node, values)
     if 'threshold' in values and not values['reset'] < values['threshold']:
         raise ParameterError(
             f'{node}.reset must be < threshold ({values["threshold"]:g}), got {values["reset"]:g}'
@@ -192,6 +195,24 @@ def _check_learning(node: str, values: Mapping[str, Any]) -> None:
         )
 
 
+def _check_prediction(node: str, values: Mapping[str, Any]) -> None:
+    if not values['plant_k'] >= 1.0:
+        raise ParameterError(
+            f'{node}.plant_k must be >= 1 to predict, got {values["plant_k"]:g}: below, the plant '
+            'in the predictor does not contract, so that errors of its start never fade'
+        )
+    if values['model'] != 'oscillator':
+        raise ParameterError(
+            f'{node}.model must be oscillator to predict, got {values["model"]}; set predict to '
+            'false'
+        )
+    if len(values['excitatory']) != 1:
+        raise ParameterError(
+            f"{node}.excitatory must name one signal, the plant's output, to predict, got "
+            f'{values["excitatory"]!r}; measured inputs of the plant belong to plant_inputs'
+        )
+
+
 def _settle_x0(node: str, values: dict[str, Any], given: bool) -> None:
     kind = split(node).kind
     model = model_of(kind, values['model'])
@@ -205,7 +226,7 @@ def _settle_x0(node: str, values: dict[str, Any], given: bool) -> None:
 
 
 def _check_signals(node: str, values: Mapping[str, Any]) -> None:
-    for name in ('excitatory', 'inhibitory', 'input', 'output', 'signals'):
+    for name in ('excitatory', 'inhibitory', 'plant_inputs', 'input', 'output', 'signals'):
         value = values.get(name, [])
         for signal in [value] if isinstance(value, str) else value:
             if not _TOPIC.fullmatch(signal):
@@ -213,7 +234,12 @@ def _check_signals(node: str, values: Mapping[str, Any]) -> None:
                     f'{node}.{name} must name relative topics (letters, digits, _ and /), '
                     f'got {shown(signal)}'
                 )
-    groups = (('excitatory', 'inhibitory', 'output'), ('input', 'output'), ('signals',))
+    groups = (
+        ('excitatory', 'plant_inputs', 'output'),
+        ('excitatory', 'inhibitory', 'output'),
+        ('input', 'output'),
+        ('signals',),
+    )
     for group in groups:
         if not all(name in values for name in group):
             continue

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..control.adaptive import GAIN, adaptive
+from ..control.prediction import Prediction
 from ..errors import EventregError, ScenarioError
 from ..models.catalogue import model_of
 from ..models.limited import limited
+from ..models.neuron import NeuronParams
 from ..models.roles import ROLES
 from ..simulation.block import BlockSpec
 from ..simulation.loop import Loop
@@ -98,7 +100,7 @@ class Scenario:
     def inputs_of(self, node: str) -> list[str]:
         """Return the signals that ``node`` listens to."""
         values = self.nodes[node]
-        names = [name for key in INPUTS for name in values.get(key, ())]
+        names = [name for name, _ in signs_of(values)] + list(values.get('signals', ()))
         names += [values['input']] if 'input' in values else []
         return [self.signal(node, name) for name in names]
 
@@ -337,7 +339,10 @@ def block_spec(node: str, values: Values) -> BlockSpec:
         x0 += tuple(values[parameter] for parameter in model.learned)
     if values['output_limit']:
         model = limited(model, values['output_limit'])
-    signs = (('excitatory', 1.0), ('inhibitory', -1.0))
+    numbered = None
+    if values.get('predict'):
+        plant = NeuronParams(values['plant_k'], values['plant_tau'])
+        numbered = Prediction(plant, values['input_timeout'] * values['time_scale'])
     return BlockSpec(
         name=node,
         role=name.kind,
@@ -345,12 +350,24 @@ def block_spec(node: str, values: Values) -> BlockSpec:
         params=model.params(values),
         x0=x0,
         inputs=tuple(
-            (full_name(name.namespace, signal), sign)
-            for key, sign in signs
-            for signal in values[key]
+            (full_name(name.namespace, signal), sign) for signal, sign in signs_of(values)
         ),
         output=full_name(name.namespace, values['output']),
         rate=values['rate'],
         time_scale=values['time_scale'],
         hold=values['hold'],
+        lead=values['lead'],
+        numbered=numbered,
     )
+
+
+def signs_of(values: Values) -> tuple[tuple[str, float], ...]:
+    """Return the inputs of a block with their signs, in the order in which they are summed.
+
+    A controller that predicts hears the plant's output and the plant's measured inputs; the replica
+    that it has takes the place of the reference.
+    """
+    keys = {'excitatory': 1.0, 'inhibitory': -1.0}
+    if values.get('predict'):
+        keys = {'excitatory': 1.0, 'plant_inputs': 1.0}
+    return tuple((signal, sign) for key, sign in keys.items() for signal in values.get(key, ()))

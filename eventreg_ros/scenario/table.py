@@ -140,6 +140,35 @@ WIRES = (
 )
 """What a block listens to and publishes."""
 
+FORESIGHT = (
+    Parameter(
+        'predict',
+        'bool',
+        False,
+        'observe the plant in the past and predict, for loops with delay',
+        settable=UNCONFIGURED,
+    ),
+    Parameter(
+        'plant_k', 'double', 1.0, 'conductance of the plant as predict takes it to be', low=0.0
+    ),
+    Parameter(
+        'plant_tau',
+        'double',
+        1 / 11,
+        'time constant of the plant as predict takes it to be',
+        low=0.0,
+        open_low=True,
+    ),
+    Parameter(
+        'plant_inputs',
+        'string[]',
+        [STIMULUS_OUTPUT],
+        'measured signals that excite the plant, which predict hears too',
+        settable=UNCONFIGURED,
+    ),
+)
+"""How a controller looks ahead."""
+
 PACE = (
     RATE,
     TIME_SCALE,
@@ -179,6 +208,15 @@ PACE = (
         low=0.0,
         high=3600.0,
         settable=ACTIVE,
+    ),
+    Parameter(
+        'lead',
+        'double',
+        0.0,
+        'model time by which u is ahead of its time stamp; of a plant and of a controller that '
+        'predicts, the same',
+        low=0.0,
+        high=1000.0,
     ),
     LOCKSTEP,
     LOCKSTEP_TIMEOUT,

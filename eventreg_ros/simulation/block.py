@@ -8,6 +8,8 @@ from typing import Any
 
 from ..models import Model, Params, State
 from .hold import drive, horizon_in_steps
+from .model_time import steps_of
+from .numbered import Numbered
 from .step import Compile, make_step, plain
 
 Advance = Callable[[State, Any, Any, Any, Params, float], tuple[State, float]]
@@ -19,7 +21,9 @@ class BlockSpec:
 
     ``name`` is its node's, ``role`` one of :data:`..models.ROLES`. ``inputs`` are (signal, sign)
     with sign +1.0 or -1.0, in the order in which they are summed; ``rate`` is in steps per second,
-    ``time_scale`` in model time units per second.
+    ``time_scale`` in model time units per second. A plant plays its inhibitory inputs ``lead``
+    (model time) after their samples were made. ``numbered`` is there for a block that reads its
+    inputs by number.
     """
 
     name: str
@@ -32,6 +36,8 @@ class BlockSpec:
     rate: float
     time_scale: float
     hold: str
+    lead: float = 0.0
+    numbered: Numbered | None = None
 
     @property
     def h(self) -> float:
@@ -52,6 +58,17 @@ class BlockSpec:
     def horizon(self) -> float:
         """Steps over which an input's line is drawn onwards; 0 for the zero hold."""
         return horizon_in_steps(self.hold, self.h)
+
+    @property
+    def lead_steps(self) -> int:
+        """The lead in whole steps."""
+        return steps_of(self.lead, self.h)
+
+    @property
+    def leads(self) -> tuple[int, ...]:
+        """How many steps after they were made the samples of each input are played."""
+        lead = self.lead_steps if self.role == 'plant' else 0
+        return tuple(lead if sign < 0.0 else 0 for _, sign in self.inputs)
 
 
 def make_advance(model: Model, compile: Compile = plain) -> Advance:
@@ -75,6 +92,22 @@ def make_advance(model: Model, compile: Compile = plain) -> Advance:
     return compile(advance)  # type: ignore[no-any-return]
 
 
+def retuned(x: State, old: BlockSpec, new: BlockSpec) -> State:
+    """Return the state with which a block goes on when other parameters are set.
+
+    The model's own states stay, and so does what comes behind them all; what is learned begins anew
+    at the value of the new spec's x0.
+    """
+    own = new.model.own
+    return (*x[:own], *new.x0[own:], *x[old.model.dimension :])
+
+
+def learned(spec: BlockSpec, x: State) -> dict[str, float]:
+    """Return the parameters that a block has learned at state ``x``, by name."""
+    model = spec.model
+    return dict(zip(model.learned, x[model.own : model.dimension], strict=True))
+
+
 class Block:
     """The state of a block and the one way to move it on, as a node does it."""
 
@@ -89,8 +122,7 @@ class Block:
 
         What the model learns begins anew at the value of ``spec.x0``; see :attr:`learned`.
         """
-        own = spec.model.own
-        self.x = (*self.x[:own], *spec.x0[own:])
+        self.x = retuned(self.x, self.spec, spec)
         self._advance = make_advance(spec.model)
         self.spec, self.params = spec, spec.params
         self._sign = tuple(sign for _, sign in spec.inputs)
@@ -104,8 +136,7 @@ class Block:
     @property
     def learned(self) -> dict[str, float]:
         """The present values of the parameters that the model learns, by name."""
-        model = self.spec.model
-        return dict(zip(model.learned, self.x[model.own :], strict=True))
+        return learned(self.spec, self.x)
 
     def advance(self, base: Sequence[float], slope: Sequence[float]) -> float:
         """Take one step with the inputs on the lines (``base``, ``slope``); return the output.

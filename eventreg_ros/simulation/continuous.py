@@ -38,10 +38,13 @@ def simulate(
     """Integrate all blocks of ``loop`` together from their x0 over ``duration`` of model time.
 
     Returns every signal of the loop at n * h from 0 to ``duration``; ``h`` is in model time, by
-    default the blocks' time_scale / rate. An input that nobody publishes counts as 0. At the time
-    of a turn the signals are those after it. Raises EventregError when the blocks do not agree on
-    that step, close an algebraic loop, their state stops being finite, or they are too stiff.
+    default the blocks' time_scale / rate. An input that nobody publishes counts as 0. No link is
+    late, so that a controller that predicts has nothing to predict, and leads do not count. At the
+    time of a turn the signals are those after it. Raises EventregError when the blocks do not agree
+    on that step, close an algebraic loop, their state stops being finite, or they are too stiff.
     """
+    wanted, loop = loop.signals, loop.without_delay()
+    turns = [turn.without_delay(wanted) for turn in turns]
     scale, rate = (h, 1.0) if h is not None else loop.grid
     states = sum(len(spec.x0) for spec in loop.blocks.values())
     kept = 2 * states + 2 * len(loop.signals)
@@ -70,7 +73,7 @@ def simulate(
         for name in running:
             state = tuple(islice(numbers, len(blocks[name].x)))
             blocks[name] = replace(blocks[name], x=state, starting=False)
-    return Trajectory(t, found)
+    return Trajectory(t, {name: found[name] for name in wanted})
 
 
 class _Integration:

@@ -50,18 +50,24 @@ PERFECT = Impairment()
 
 
 class Received(NamedTuple):
-    """Sample numbers, both of shape (links, steps), -1 for none.
+    """Sample numbers, all of shape (links, steps), -1 for none.
 
     At step n, ``newest[l, n]`` is the last sample that link l has received and ``previous[l, n]``
-    the last one before it that it has used.
+    the last one before it that it has used; ``used[l, s]`` is the last sample up to s that it uses
+    at any time.
     """
 
     newest: Index
     previous: Index
+    used: Index
 
 
 def received(
-    signals: Sequence[str], steps: int, h: float, impairment: Impairment = PERFECT
+    signals: Sequence[str],
+    steps: int,
+    h: float,
+    impairment: Impairment = PERFECT,
+    leads: Sequence[int] | None = None,
 ) -> Received:
     """Return what the links of ``signals`` have at each of ``steps`` steps of length ``h``.
 
@@ -69,23 +75,27 @@ def received(
     with all that has come until it is due. A sample that arrives after a newer one is discarded; of
     those that arrive together all are used, in order. Every link has random numbers of its own,
     which depend on its place and the seed only: the same draws, whatever loss, jitter and duration.
+    With ``leads`` (steps, one per link) a sample that arrives sooner than so many steps after it
+    was sent counts as arriving then.
     """
     delay = round(min(impairment.delay / h, float(steps)))
     jitter = min(impairment.jitter / h, float(MAX_STEPS))
     newest = np.empty((len(signals), steps), dtype=np.int64)
-    previous = np.empty_like(newest)
+    previous, used = np.empty_like(newest), np.full_like(newest, -1)
     for link, signal in enumerate(signals):
         impaired = impairment.on is None or signal in impairment.on
         law = (delay, impairment.loss, jitter) if impaired else (0, 0.0, 0.0)
-        sent, arrival = _arrivals(link, steps, *law, impairment.seed)
+        lead = leads[link] if leads else 0
+        sent, arrival = _arrivals(link, steps, *law, impairment.seed, lead)
+        used[link, sent] = sent
         have = np.cumsum(np.bincount(arrival[arrival < steps], minlength=steps)[:steps])
         sent = np.concatenate(([-1, -1], sent))
         newest[link], previous[link] = sent[have + 1], sent[have]
-    return Received(newest, previous)
+    return Received(newest, previous, np.maximum.accumulate(used, axis=1))
 
 
 def _arrivals(
-    link: int, steps: int, delay: int, loss: float, jitter: float, seed: int
+    link: int, steps: int, delay: int, loss: float, jitter: float, seed: int, lead: int
 ) -> tuple[Index, Index]:
     """Return the numbers of the samples that one link uses and when each arrives, both in order."""
     sent = np.arange(steps, dtype=np.int64)
@@ -96,6 +106,7 @@ def _arrivals(
     if loss > 0.0:
         kept = lost.random(steps) >= loss
         sent, arrival = sent[kept], arrival[kept]
+    arrival = np.maximum(arrival, sent + lead)
     if jitter > 0.0 and len(sent):
         earliest_after = np.minimum.accumulate(arrival[::-1])[::-1]
         used = arrival <= earliest_after

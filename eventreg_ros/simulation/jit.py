@@ -69,15 +69,15 @@ class Whole:
         )
 
 
-def choose(parts: Parts, steps: int, compiled: bool | None) -> tuple[Kernel, bool]:
+def choose(parts: Parts, work: int, compiled: bool | None) -> tuple[Kernel, bool]:
     """Return a kernel for ``parts``, and whether it is the compiled one.
 
     ``compiled`` True or False settles it. None takes the compiled one when this process has it
-    already, or when numba is there and the steps taken so far and the ``steps`` to come would have
-    paid for compiling. Raises EventregError when it is True and there is no numba.
+    already, or when numba is there and the ``work`` to come (in block-steps), with what was done so
+    far, would have paid for compiling. Raises EventregError when it is True and there is no numba.
     """
     if compiled is None:
-        walked = _walked[parts] + steps * len(parts)
+        walked = _walked[parts] + work
         compiled = parts in _compiled or (walked > PAYS and _fits(parts) and _njit() is not None)
         if not compiled:
             _walked[parts] = walked

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from ..models import Model, Params
 from .block import make_advance
 from .hold import line
+from .numbered import Make, Reader
 from .step import Compile, plain
 
 NOBODY = -1
@@ -28,12 +29,15 @@ class Part(NamedTuple):
     ``row`` is the signal that the block writes; ``sources`` the signals that it reads, NOBODY where
     there is none. A link is an entry of ``sources`` that is not NOBODY; links count through all
     blocks, in order. ``observed`` are (signal, place in the state) of what it writes besides.
+    ``make`` makes the step of a block that reads its inputs by number; its tuning is of its own
+    kind, see :mod:`.numbered`.
     """
 
     model: Model
     row: int
     sources: tuple[int, ...]
     observed: tuple[tuple[int, int], ...] = ()
+    make: Make | None = None
 
 
 class Tuning(NamedTuple):
@@ -52,13 +56,17 @@ class Tables(NamedTuple):
     """What the kernel reads and writes, rows in a line: lists in plain Python, else arrays.
 
     Sample n of signal s is ``samples[s * (steps + 1) + n]``. At step n link l has, last, sample
-    number ``newest[l * steps + n]``, and before it ``previous[l * steps + n]``; -1 means none.
-    ``h`` is in model time. The kernel takes the steps from sample ``first`` to sample ``last``.
+    number ``newest[l * steps + n]``, and before it ``previous[l * steps + n]``; -1 means none. The
+    last sample up to s that it ever has is ``used[l * steps + s]``. Sample s is played at step s +
+    ``leads[l]``. ``h`` is in model time. The kernel takes the steps from sample ``first`` to sample
+    ``last``.
     """
 
     samples: Any
     newest: Any
     previous: Any
+    used: Any
+    leads: Any
     steps: int
     h: float
     first: int
@@ -76,12 +84,9 @@ def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
     """
     advances, links = [], 0
     for part in parts:
-        receives = []
-        for source in part.sources:
-            receives.append(_make_receive(source, links, compile))
-            links += source != NOBODY
-        lines = _make_lines(receives or [_make_receive(NOBODY, 0, compile)], compile)
-        advances.append(_make_advance(part, lines, compile))
+        make = _make_advance if part.make is None else _make_numbered
+        advances.append(make(part, links, compile))
+        links += sum(source != NOBODY for source in part.sources)
     advance = _make_chain(advances, compile)
 
     def run(states: Any, tunings: Any, tables: Tables) -> Any:
@@ -126,11 +131,11 @@ def _make_receive(source: int, link: int, compile: Compile) -> Any:
             return 0.0, 0.0
         j = tables.previous[link * tables.steps + n]
         first = source * (tables.steps + 1)
-        newest = tables.samples[first + i]
+        newest, age = tables.samples[first + i], float(n - tables.leads[link] - i)
         if j < 0:
-            return extend(newest, newest, float(n - i), 1.0, horizon)  # type: ignore[no-any-return]
+            return extend(newest, newest, age, 1.0, horizon)  # type: ignore[no-any-return]
         previous = tables.samples[first + j]
-        return extend(newest, previous, float(n - i), float(i - j), horizon)  # type: ignore[no-any-return]
+        return extend(newest, previous, age, float(i - j), horizon)  # type: ignore[no-any-return]
 
     return compile(receive)
 
@@ -166,8 +171,19 @@ def _make_lines(receives: Sequence[Any], compile: Compile) -> Any:
     return compile(several)
 
 
-def _make_advance(part: Part, lines: Any, compile: Compile) -> Any:
+def _numbers(part: Part, first: int) -> list[tuple[int, int]]:
+    """Return (source, link) of each input of a part whose first link is ``first``."""
+    found = []
+    for source in part.sources:
+        found.append((source, first))
+        first += source != NOBODY
+    return found
+
+
+def _make_advance(part: Part, first: int, compile: Compile) -> Any:
     """Return ``advance(n, x, tuning, tables) -> x``, one block from t_n to t_(n+1)."""
+    numbers = _numbers(part, first) or [(NOBODY, 0)]
+    lines = _make_lines([_make_receive(*number, compile) for number in numbers], compile)
     move, row = make_advance(part.model, compile), part.row
 
     def advance(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
@@ -191,6 +207,38 @@ def _with_observed(advance: Any, observed: Sequence[tuple[int, int]], compile: C
         return x
 
     return compile(advance_observed)
+
+
+def _make_numbered(part: Part, first: int, compile: Compile) -> Any:
+    """Return the same of a block that reads its inputs by number."""
+    assert part.make is not None
+    row, own = part.row, _make_reader(part.row, 0).value
+    readers = [_make_reader(*number) for number in _numbers(part, first)]
+    step = part.make(part.model, readers, own, compile)
+
+    def advance(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
+        x, y = step(n, x, tuning, tables.h, tables)
+        tables.samples[row * (tables.steps + 1) + n + 1] = y
+        return x
+
+    return _with_observed(compile(advance), part.observed, compile)
+
+
+def _make_reader(source: int, link: int) -> Reader:
+    """Return how the samples of a link are read from the tables by number."""
+    if source == NOBODY:
+        return Reader(lambda n, tables: -1, lambda s, tables: -1, lambda s, tables: 0.0)
+
+    def newest(n: int, tables: Tables) -> int:
+        return tables.newest[link * tables.steps + n]  # type: ignore[no-any-return]
+
+    def last(s: int, tables: Tables) -> int:
+        return tables.used[link * tables.steps + s] if s >= 0 else -1
+
+    def value(s: int, tables: Tables) -> float:
+        return tables.samples[source * (tables.steps + 1) + s]  # type: ignore[no-any-return]
+
+    return Reader(newest, last, value)
 
 
 def _make_chain(advances: Sequence[Any], compile: Compile) -> Any:

@@ -82,7 +82,7 @@ class Links(NamedTuple):
         newest, previous = (np.empty(shape, dtype=np.int32) for _ in range(2))
         for lane in range(LANES):
             have = each[min(lane, len(each) - 1)]
-            newest[..., lane], previous[..., lane] = have
+            newest[..., lane], previous[..., lane] = have.newest, have.previous
         return cls(newest.ravel(), previous.ravel(), max(map(_reach, each)))
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from ..errors import EventregError
 from .block import BlockSpec
+from .numbered import ordinary
 from .stimulus import Stimulus
 
 
@@ -81,6 +82,17 @@ class Loop:
         """Return the loop without the blocks that play one of ``roles``."""
         blocks = {name: spec for name, spec in self.blocks.items() if spec.role not in roles}
         return Loop(blocks, self.stimuli)
+
+    def without_delay(self) -> Loop:
+        """Return the loop in the limit of links that are never late: every block an ordinary one.
+
+        What such a block is made of besides comes last, as blocks of their own.
+        """
+        published, blocks, others = set(self.signals), dict(self.blocks), []
+        for name, spec in self.blocks.items():
+            blocks[name], *more = ordinary(spec, published)
+            others += more
+        return Loop({**blocks, **{spec.name: spec for spec in others}}, self.stimuli)
 
     def at_rest(self) -> Loop:
         """Return the loop without its stimuli: every open input is 0."""

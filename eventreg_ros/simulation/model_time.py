@@ -33,6 +33,11 @@ def count_steps(duration: float, h: float, numbers: int = 1) -> int:
     return int(duration / h + 1e-9)
 
 
+def steps_of(span: float, h: float) -> int:
+    """Return the whole number of steps of ``h`` that is nearest to ``span``, both in model time."""
+    return round(min(span / h, float(MAX_STEPS)))
+
+
 def model_times(steps: int, time_scale: float, rate: float = 1.0) -> Array:
     """Return the model times of samples 0 to ``steps``: n * time_scale / rate, never a sum."""
     return np.arange(steps + 1, dtype=np.float64) * time_scale / rate

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
-from ..models import State
-from .block import Block, BlockSpec
+from .block import BlockSpec
 from .impairment import PERFECT, Impairment, Received, received
 from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
@@ -46,11 +45,17 @@ class SampledLoop:
 
     def __init__(self, loop: Loop) -> None:
         self._time_scale, self._rate = loop.grid
-        self._start = [Condition(spec, _floats(spec.x0)) for spec in loop.blocks.values()]
+        self._start = [Condition.of(spec) for spec in loop.blocks.values()]
         self._names = list(loop.blocks)
         self._stimuli = {name: Waveform(each) for name, each in loop.stimuli.items()}
         self.signals, self.links = loop.signals, loop.links
         self._row = {signal: i for i, signal in enumerate(self.signals)}
+        self._leads = [
+            lead
+            for spec in loop.blocks.values()
+            for (signal, _), lead in zip(spec.inputs, spec.leads, strict=True)
+            if signal in self._row
+        ]
 
     @property
     def h(self) -> float:
@@ -70,6 +75,7 @@ class SampledLoop:
                 row[each.spec.output],
                 tuple(row.get(signal, NOBODY) for signal, _ in each.spec.inputs),
                 tuple((row[signal], i) for signal, i in each.spec.observed.items()),
+                each.make,
             )
             for each in blocks
         )
@@ -95,7 +101,8 @@ class SampledLoop:
         duration, or when a state stops being finite.
         """
         steps = self.steps(duration)
-        have = received([signal for _, signal in self.links], steps, self.h, impairment)
+        signals = [signal for _, signal in self.links]
+        have = received(signals, steps, self.h, impairment, self._leads)
         t = model_times(steps, self._time_scale, self._rate)
         table, blocks = self._samples(t), list(self._start)
         for first, last, due in _stretches(turns, steps, self.h):
@@ -116,10 +123,12 @@ class SampledLoop:
     ) -> Array:
         """Move ``blocks`` on over a stretch of steps; return the table of samples, filled there."""
         first, last = stretch
-        kernel, arrays = choose(self._parts(blocks), last - first, compiled)
-        flat = [each.ravel() for each in (table, have.newest, have.previous)]
-        samples, newest, previous = flat if arrays else map(_plain, flat)
-        tables = Tables(samples, newest, previous, table.shape[1] - 1, self.h, first, last)
+        effort = sum(e.spec.numbered.effort(e.spec) if e.spec.numbered else 1.0 for e in blocks)
+        kernel, arrays = choose(self._parts(blocks), round((last - first) * effort), compiled)
+        flat = [each.ravel() for each in (table, *have, np.array(self._leads, np.int64))]
+        samples, newest, previous, used, leads = flat if arrays else map(_plain, flat)
+        steps = table.shape[1] - 1
+        tables = Tables(samples, newest, previous, used, leads, steps, self.h, first, last)
         states = nest([each.x for each in blocks])
         numbers = iter(flatten(kernel(states, nest([_tuning(e.spec) for e in blocks]), tables)))
         blocks[:] = [
@@ -136,7 +145,7 @@ class SampledLoop:
             table[self._row[turn.name], first + 1 :] = [turn.stimulus(time) for time in after]
         else:
             i = self._names.index(turn.name)
-            blocks[i] = blocks[i].after(turn)
+            blocks[i] = blocks[i].after(turn, first)
 
     def _samples(self, t: Array) -> Array:
         """Return the table of samples, shape (signals, samples), as far as it is known."""
@@ -144,10 +153,9 @@ class SampledLoop:
         for name, waveform in self._stimuli.items():
             table[self._row[name]] = waveform.at(t)
         for part, each in zip(self.parts, self._start, strict=True):
-            block = Block(each.spec)
-            table[part.row, 0] = block.y
+            table[part.row, 0] = each.first
             for signal, i in part.observed:
-                table[signal, 0] = block.x[i]
+                table[signal, 0] = each.x[i]
         return table
 
 
@@ -183,16 +191,14 @@ class Waveform:
         return self._known[: len(t)]
 
 
-def _floats(x: State) -> State:
-    return tuple(map(float, x))
-
-
 def _plain(table: npt.NDArray[Any]) -> array[Any]:
     """Return a table as plain Python reads it best: its numbers are Python's own."""
     return array('d' if table.dtype == np.float64 else 'q', table.tobytes())
 
 
-def _tuning(spec: BlockSpec) -> Tuning:
+def _tuning(spec: BlockSpec) -> Any:
+    if spec.numbered is not None:
+        return spec.numbered.tuning(spec)
     sign = tuple(float(sign) for _, sign in spec.inputs) or (1.0,)
     return Tuning(spec.params, sign, spec.horizon)
 

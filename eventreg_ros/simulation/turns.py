@@ -6,13 +6,14 @@ sample is the output there. What it has learned outlasts both. The nodes do the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
 from ..models import Model, Params, State
-from .block import Block, BlockSpec
+from .block import Block, BlockSpec, learned, retuned
+from .numbered import Make, make_resting, ordinary
 from .stimulus import Stimulus
 
 Action = Literal['set', 'activate', 'deactivate']
@@ -31,6 +32,13 @@ class Turn(NamedTuple):
     spec: Callable[[Mapping[str, float]], BlockSpec] | None = None
     stimulus: Stimulus | None = None
 
+    def without_delay(self, published: Collection[str]) -> Turn:
+        """Return the turn for the loop in the limit of no delay; see :class:`.loop.Loop`."""
+        make = self.spec
+        if make is None:
+            return self
+        return self._replace(spec=lambda learned: ordinary(make(learned), published)[0])
+
 
 @dataclass(frozen=True)
 class Condition:
@@ -45,25 +53,43 @@ class Condition:
     @property
     def learned(self) -> dict[str, float]:
         """What it has learned, by parameter."""
-        model = self.spec.model
-        return dict(zip(model.learned, self.x[model.own :], strict=True))
+        return learned(self.spec, self.x)
 
-    def after(self, turn: Turn) -> Condition:
-        """Return the condition after a turn."""
+    def after(self, turn: Turn, n: int = 0) -> Condition:
+        """Return the condition after a turn at step ``n``."""
         assert turn.spec is not None
         spec = turn.spec(self.learned)
         if turn.action == 'deactivate':
             return replace(self, running=False, starting=False)
         if turn.action == 'activate':
-            return self if self.running else Condition(spec, spec.x0, True, True)
-        block = Block(self.spec)
-        block.x = self.x
-        block.retune(spec)
-        return replace(self, spec=spec, x=block.x)
+            return self if self.running else Condition.of(spec, n + 1, starting=True)
+        return replace(self, spec=spec, x=retuned(self.x, self.spec, spec))
+
+    @classmethod
+    def of(cls, spec: BlockSpec, n: int = 0, *, starting: bool = False) -> Condition:
+        """Return the condition of a block that begins at step ``n``."""
+        x = spec.numbered.begin(spec, n)[0] if spec.numbered else tuple(map(float, spec.x0))
+        return cls(spec, x, True, starting)
+
+    @property
+    def first(self) -> float:
+        """The output at the start."""
+        spec = self.spec
+        return spec.numbered.begin(spec)[1] if spec.numbered else Block(spec).y
+
+    @property
+    def make(self) -> Make | None:
+        """What makes the coming step, for a block that reads its inputs by number."""
+        numbered = self.spec.numbered
+        if numbered is None:
+            return None
+        return numbered.make if self.running else make_resting
 
     @property
     def model(self) -> Model:
         """The model that moves it over the coming step."""
+        if self.spec.numbered is not None:
+            return self.spec.model
         if not self.running:
             return at_rest(self.spec.model)
         return at_start(self.spec.model) if self.starting else self.spec.model

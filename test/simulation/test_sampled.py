@@ -192,7 +192,7 @@ def test_compiling_is_chosen_when_it_pays(monkeypatch):
     monkeypatch.setattr(jit, '_compile', made.append)
     monkeypatch.setattr(jit, '_njit', lambda: object())
     parts = SampledLoop(load('exact', 'zero')).parts
-    few = jit.PAYS // 3 // 4
+    few = jit.PAYS // 4
     assert [jit.choose(parts, few, None)[1] for _ in range(5)] == [False] * 4 + [True]
     assert made == [parts]
     monkeypatch.setattr(jit, '_njit', lambda: None)
