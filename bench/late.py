@@ -106,7 +106,8 @@ def open_table() -> None:
         found = run('open', delay, 800.0, ADAPT, *TRUE_PLANT)
         rejection = judge(found, settle=300.0).rejection
         cells = [
-            checked(f'open at {delay:g}', getattr(rejection, k), high=0) for k in ('spurious', 'missed')
+            checked(f'open at {delay:g}', getattr(rejection, k), high=0)
+            for k in ('spurious', 'missed')
         ]
         print(f'| {delay:g} | {rejection.reference_events} | {" | ".join(cells)} |', flush=True)
 

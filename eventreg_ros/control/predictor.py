@@ -141,13 +141,12 @@ def make_observer(model: Model, compile: Compile = plain) -> Callable[..., State
     (``base``, ``slope``). ``p`` are the parameters of both models.
     """
     size = model.dimension
-    copy, output, plant = compile(model.rhs), compile(model.output), compile(NEURON.rhs)
+    copy, plant = compile(model.rhs), compile(NEURON.rhs)
 
     def rhs(z: State, drive: Any, p: Any) -> State:
         x, replica = z[:size], z[size:]
         e = drive[0] * (drive[1] - replica[0])
-        w = output(x, e, p[0])
-        return copy(x, e, p[0]) + plant(replica, w + drive[2], p[1])  # type: ignore[no-any-return]
+        return copy(x, e, p[0]) + plant(replica, x[0] + drive[2], p[1])  # type: ignore[no-any-return]
 
     move = make_step(rhs, size + NEURON.dimension, compile)
 
@@ -174,10 +173,10 @@ def _make_heard(
         ) -> tuple[float, float]:
             base, slope = others(n, q, since, foresight, past)
             i = last(min(newest(n, past), q), past)
-            if i < 0:
+            if i < since:
                 return base, slope
             j, v = last(i - 1, past), value(i, past)
-            if j < 0:
+            if j < since:
                 b, s = extend(v, v, float(q - i), 1.0, foresight.horizon)
             else:
                 b, s = extend(v, value(j, past), float(q - i), float(i - j), foresight.horizon)

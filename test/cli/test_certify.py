@@ -57,6 +57,11 @@ THEORY = {
         'linear loop francis': 'pass',
     },
     'morris_lecar': {'controller internal_model': 'pass'},
+    'late': {
+        'exosystem lemma_2': 'pass',
+        'plant lemma_1': 'marginal',
+        'controller internal_model': 'none',
+    },
 }
 EXPONENTS = {
     'exact': ['driven', 'quiet'],
@@ -67,6 +72,7 @@ EXPONENTS = {
     'single_neuron': ['driven', 'quiet'],
     'linear': ['driven', 'quiet'],
     'morris_lecar': ['driven', 'quiet'],
+    'late': ['driven', 'quiet'],
 }
 
 

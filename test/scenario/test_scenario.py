@@ -52,7 +52,7 @@ def one(value, node='plant', parameter='k'):
 
 
 def test_exactly_the_scenarios_of_the_contract_are_shipped():
-    assert set(shipped()) == {*PAPER, 'morris_lecar'}
+    assert set(shipped()) == {*PAPER, 'late', 'morris_lecar'}
 
 
 @pytest.mark.parametrize('name', PAPER)
@@ -183,7 +183,7 @@ def test_by_name_by_path_and_not_at_all(tmp_path, monkeypatch):
         assert load(name).name == 'mine'
         assert load(f'./{name}').nodes == load(str(tmp_path / name)).nodes
     for scenario, words in {
-        'exakt': "no scenario 'exakt'; shipped are exact, linear, mismatch",
+        'exakt': "no scenario 'exakt'; shipped are exact, late, linear, mismatch",
         'no/such': "scenario file 'no/such' does not exist; check the path",
         'none.yaml': "scenario file 'none.yaml' does not exist",
         str(tmp_path): 'must be a readable text file: it is a directory; give a regular file',
