@@ -60,7 +60,10 @@ THEORY = {
     'late': {
         'exosystem lemma_2': 'pass',
         'plant lemma_1': 'marginal',
-        'controller internal_model': 'none',
+        'controller lemma_2': 'pass',
+        'controller internal_model': 'pass',
+        'controller learning': 'pass',
+        'controller gain_and_delay': 'none',
     },
 }
 EXPONENTS = {
