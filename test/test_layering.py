@@ -19,7 +19,7 @@ MAY_IMPORT = {
     'runtime': 'simulation models errors',
     'scenario': 'runtime control simulation models errors',
     'bags': 'runtime models errors',
-    'analysis': 'bags scenario simulation models errors',
+    'analysis': 'bags scenario control simulation models errors',
     'robustness': 'analysis scenario simulation models errors',
     'plots': 'robustness analysis scenario simulation models errors',
     'paper': 'api plots analysis scenario simulation models errors',

@@ -16,7 +16,7 @@ from ..scenario.criteria import WINDOW
 from .differences import Difference, Value, differences
 from .distances import isi_distance, spike_distance, van_rossum, victor_purpura
 from .rejection import match
-from .signal import ordered
+from .signal import with_events
 from .verdict import Report
 
 
@@ -137,7 +137,7 @@ def compare(runs: Sequence[Trains], window: float = WINDOW) -> Comparison:
         )
     if not window > 0.0:
         raise EventregError(f'window must be > 0, got {window:g}; give another value')
-    signals = ordered({signal for run in runs for signal in run.events})
+    signals = with_events({signal for run in runs for signal in run.events})
     return Comparison(
         runs=tuple(names),
         verdicts=tuple(run.verdict for run in runs),

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..bags.finding import Finding
+from ..control.adaptive import GAIN, LARGEST
 from ..scenario import Scenario
-
-Array = npt.NDArray[np.float64]
+from ..simulation.block import BlockSpec
+from .signal import NOTHING, Array, Signals
 
 LOCKED = 0.05
 """|ln(learned / generator's)| within which a controller counts as locked."""
@@ -20,14 +22,31 @@ LOCKED = 0.05
 ALIKE = 0.01
 """|ln| of the ratio of two learned values within which they are those of one generator."""
 
+SAME_GENERATOR, LARGE_GAIN, NO_GENERATOR = 'same-generator', 'large-gain', 'no-generator'
+"""Codes of what is to be said of learning; none of them changes a verdict."""
+
+
+class Learner(NamedTuple):
+    """An adaptive controller as it is judged: what it publishes, and what there is to learn.
+
+    ``signal`` carries ``parameter``; ``gain`` is that of the learning; ``generators`` maps the
+    exosystems to their values of the parameter, at the start of the run.
+    """
+
+    controller: str
+    signal: str
+    parameter: str
+    gain: float
+    generators: Mapping[str, float]
+
 
 @dataclass(frozen=True)
 class Learned:
-    """A parameter that a controller learned, published as ``signal``; times are in model time.
+    """What a controller learned over a run; times are in model time.
 
     ``generator`` is the exosystem whose value of the parameter, ``value``, is nearest to the last
     one learned; both None where there is none. ``locked_at`` is the time from which on what was
-    learned stays within :data:`LOCKED` of it, None if it is not.
+    learned stays within :data:`LOCKED` of it, None if it does not.
     """
 
     signal: str
@@ -39,44 +58,51 @@ class Learned:
     locked_at: float | None = None
 
 
-def learned(signals: Mapping[str, tuple[Array, Array]], scenario: Scenario) -> list[Learned]:
-    """Return what the adaptive controllers of ``scenario`` learned, as far as it was recorded.
+def learners_of(scenario: Scenario) -> tuple[Learner, ...]:
+    """Return the adaptive controllers of ``scenario``, with the generators of their namespace."""
+    blocks = scenario.blocks
+    return tuple(
+        Learner(
+            name,
+            f'{spec.output}/{parameter}',
+            parameter,
+            float(scenario.nodes[name][GAIN]),
+            dict(_values(scenario, name, parameter, blocks)),
+        )
+        for name, spec in blocks.items()
+        for parameter in spec.model.learned
+    )
 
-    ``signals`` maps each name to (t, values), both of shape (n,), t in model time.
-    """
-    found = []
-    for spec in scenario.blocks.values():
-        for parameter in spec.model.learned:
-            signal = f'{spec.output}/{parameter}'
-            t, x = signals.get(signal, (np.empty(0), np.empty(0)))
-            keep = np.isfinite(x)
-            if keep.any():
-                known = _known(scenario, spec.name, parameter)
-                found.append(_compared(signal, parameter, t[keep], x[keep], known))
-    return found
 
-
-def _known(scenario: Scenario, controller: str, parameter: str) -> dict[str, float]:
-    """Return the value of ``parameter`` of each exosystem in the controller's namespace."""
+def _values(
+    scenario: Scenario, controller: str, parameter: str, blocks: Mapping[str, BlockSpec]
+) -> Iterable[tuple[str, float]]:
     home = scenario.name_of(controller).namespace
-    return {
-        name: float(scenario.nodes[name][parameter])
-        for name, spec in scenario.blocks.items()
-        if spec.role == 'exosystem'
-        and scenario.name_of(name).namespace == home
-        and parameter in (each.name for each in spec.model.parameters)
-    }
+    for name, spec in blocks.items():
+        known = parameter in (each.name for each in spec.model.parameters)
+        if spec.role == 'exosystem' and known and scenario.name_of(name).namespace == home:
+            yield name, float(scenario.nodes[name][parameter])
 
 
-def _compared(
-    signal: str, parameter: str, t: Array, x: Array, known: Mapping[str, float]
-) -> Learned:
-    first, last = float(x[0]), float(x[-1])
+def learned(signals: Signals, learners: Iterable[Learner]) -> tuple[Learned, ...]:
+    """Return what the ``learners`` have learned, as far as it was recorded."""
+    found = []
+    for each in learners:
+        t, x = signals.get(each.signal, NOTHING)
+        keep = np.isfinite(x) & (x > 0.0)
+        if keep.any():
+            found.append(_compared(each, t[keep], x[keep]))
+    return tuple(found)
+
+
+def _compared(learner: Learner, t: Array, x: Array) -> Learned:
+    known, first, last = learner.generators, float(x[0]), float(x[-1])
     if not known:
-        return Learned(signal, parameter, first, last)
-    generator = min(known, key=lambda node: distance(last, known[node]))
-    value = known[generator]
-    return Learned(signal, parameter, first, last, generator, value, locked_at(t, x, value))
+        return Learned(learner.signal, learner.parameter, first, last)
+    name = min(known, key=lambda node: distance(last, known[node]))
+    value = known[name]
+    at = locked_at(t, x, value)
+    return Learned(learner.signal, learner.parameter, first, last, name, value, at)
 
 
 def distance(learned: float, value: float) -> float:
@@ -95,9 +121,30 @@ def locked_at(t: Array, x: Array, value: float) -> float | None:
     return float(t[away[-1] + 1]) if away[-1] + 1 < len(t) else None
 
 
-def alike(found: Sequence[Learned]) -> list[tuple[Learned, Learned]]:
-    """Return the pairs of controllers that have learned the same value, within :data:`ALIKE`."""
-    return [(a, b) for a, b in combinations(found, 2) if distance(a.last, b.last) < ALIKE]
+def findings(learners: Iterable[Learner], found: Sequence[Learned], spurious: int) -> list[Finding]:
+    """Return what is to be said of the learning; ``spurious`` events were left of the plants."""
+    said = []
+    for each in learners:
+        if each.gain > LARGEST:
+            text = (
+                f'{each.controller} learns with {GAIN} {each.gain:g}, and above {LARGEST:g} it '
+                'need not converge; lower it'
+            )
+            said.append(Finding(LARGE_GAIN, each.signal, None, text))
+        if not each.generators:
+            text = (
+                f'{each.controller} has no generator to learn {each.parameter} of; without w '
+                f'{each.parameter} runs to its upper bound'
+            )
+            said.append(Finding(NO_GENERATOR, each.signal, None, text))
+    for a, b in combinations(found, 2) if spurious else ():
+        if a.parameter == b.parameter and distance(a.last, b.last) < ALIKE:
+            text = (
+                f'{a.signal} and {b.signal} are within {100 * ALIKE:g} % of each other while y '
+                'still has events: both follow one generator; start them further apart'
+            )
+            said.append(Finding(SAME_GENERATOR, b.signal, None, text))
+    return said
 
 
 def words(each: Learned) -> str:
@@ -108,12 +155,4 @@ def words(each: Learned) -> str:
     line += f'; {each.generator} has 1/{1 / each.value:.4f}'
     if each.locked_at is None:
         return f'{line}, not within {100 * LOCKED:g} % of it at the end'
-    return f'{line}, within {100 * LOCKED:g} % of it from {each.locked_at:.1f}'
-
-
-def alike_words(a: Learned, b: Learned) -> str:
-    """Return the warning that two controllers serve the same generator, for a y with events."""
-    return (
-        f'{a.signal} and {b.signal} have learned the same ({a.last:.6g}, within {100 * ALIKE:g} %) '
-        f'while y still has events: both follow one generator; start them further apart'
-    )
+    return f'{line}, within {100 * LOCKED:g} % of it from {each.locked_at:.1f} on'

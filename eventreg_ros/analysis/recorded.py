@@ -145,8 +145,8 @@ def _scenario_of(recording: Recording, given: Scenario | str | None) -> Scenario
 
 def _need_signals(bag: str | Path, recording: Recording, scenario: Scenario) -> None:
     missing = [
-        f'{signal} (of {node})'
-        for signal, node in scenario.publishers.items()
+        f'{signal} (of {scenario.publishers[signal]})'
+        for signal in scenario.outputs
         if not len(recording.signals.get(signal, ((),))[0])
     ]
     if missing:

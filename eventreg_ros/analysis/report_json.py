@@ -6,6 +6,7 @@ from typing import Any
 
 from ..bags.finding import Finding
 from .evidence import Evidence
+from .learning import Learned
 from .rejection import Rejection
 from .verdict import PlantReport, Report, SignalSummary
 
@@ -27,6 +28,8 @@ def as_json(report: Report) -> dict[str, Any]:
     }
     if len(report.plants) > 1:
         found['plants'] = {each.plant.output: _plant(each) for each in report.plants}
+    if report.learned:
+        found['learned'] = {each.signal: _learned(each) for each in report.learned}
     return found
 
 
@@ -52,6 +55,10 @@ def _plant(plant: PlantReport) -> dict[str, Any]:
         'rejection': _rejection(plant.rejection),
         'residual': plant.residual._asdict(),
     }
+
+
+def _learned(learned: Learned) -> dict[str, Any]:
+    return {key: value for key, value in vars(learned).items() if key != 'signal'}
 
 
 def _signal(summary: SignalSummary) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .learning import words
 from .signal import Size
 from .verdict import PlantReport, Report
 
@@ -11,6 +12,7 @@ def table(report: Report) -> str:
     lines = [_head(report), *_signals(report)]
     for each in report.plants:
         lines += _plant(each, len(report.plants) > 1)
+    lines += map(words, report.learned)
     return '\n'.join([*lines, report.reason, f'verdict: {report.verdict}'])
 
 

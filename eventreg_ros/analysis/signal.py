@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..models.model import output_beside
 from ..models.roles import SIGNALS
 
 Array = npt.NDArray[np.float64]
@@ -40,10 +41,23 @@ Span = tuple[float, float]
 def ordered(signals: Iterable[str]) -> list[str]:
     """Return the names of ``signals``: the paper's in its order, then the others by name.
 
-    A name with a suffix (w_2) comes right after the one without.
+    A name with a suffix (w_2) comes right after the one without, and after all outputs what is
+    published beside one (u/tau).
     """
     places = {signal: i for i, signal in enumerate(SIGNALS)}
-    return sorted(signals, key=lambda name: (places.get(family(name), len(SIGNALS)), name))
+    known = frozenset(signals)
+
+    def key(name: str) -> tuple[bool, int, str]:
+        output = output_beside(name, known)
+        return output is not None, places.get(family(output or name), len(SIGNALS)), name
+
+    return sorted(known, key=key)
+
+
+def with_events(signals: Iterable[str]) -> list[str]:
+    """Return the names of the signals that may have events: all but those beside an output."""
+    known = frozenset(signals)
+    return [name for name in ordered(known) if output_beside(name, known) is None]
 
 
 def family(name: str) -> str:

@@ -11,7 +11,8 @@ from ..scenario import Scenario
 from ..scenario.criteria import Criteria
 from ..scenario.names import OTHER, OUTPUTS, full_name
 from ..scenario.table import TIME_SCALE
-from .signal import is_of, ordered
+from .learning import Learner, learners_of
+from .signal import is_of, ordered, with_events
 
 UNKNOWN = 'unknown'
 """What a run is called whose scenario is not known."""
@@ -55,6 +56,7 @@ class Subject:
     plants: tuple[JudgedPlant, ...] = ()
     criteria: Criteria = field(default_factory=Criteria)
     duration: float | None = None
+    learners: tuple[Learner, ...] = ()
 
     @property
     def needed(self) -> list[str]:
@@ -82,6 +84,7 @@ def subject_of(scenario: Scenario, signals: Collection[str] = ()) -> Subject:
         plants or subject_by_name(signals).plants,
         scenario.criteria,
         _duration(scenario),
+        learners_of(scenario),
     )
 
 
@@ -150,7 +153,7 @@ def subject_by_name(
     y is judged against y_r; without a y, each y_SUFFIX against y_r_SUFFIX. All w and w_SUFFIX
     disturb each plant, all u and u_SUFFIX act on it.
     """
-    names = [n for n in ordered(signals) if n.removesuffix('_link') not in set(signals) - {n}]
+    names = [n for n in with_events(signals) if n.removesuffix('_link') not in set(signals) - {n}]
     disturbances, controls = (tuple(n for n in names if is_of(s, n)) for s in (_W, _U))
     outputs = [n for n in names if is_of(_Y, n) and not is_of(_Y_R, n)]
     plants = tuple(

@@ -9,7 +9,7 @@ from ..scenario.criteria import Criteria
 from .events import rises
 from .noise import Noise, examine
 from .rejection import outcomes
-from .signal import Signals, ordered
+from .signal import Signals, with_events
 from .trains import Coincidence, Phase, Train, coincidence, describe, phase, settling_time
 
 
@@ -36,7 +36,7 @@ def train_report(signals: Signals, criteria: Criteria | None = None) -> TrainRep
     """
     limits = criteria or Criteria()
     events, trains, noise = {}, {}, {}
-    for name in ordered(signals):
+    for name in with_events(signals):
         t, x = signals[name]
         found = rises(t, x, limits.threshold, limits.reset)
         kept = found.events(limits.refractory, limits.min_width)

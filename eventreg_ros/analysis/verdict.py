@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from ..models.model import output_beside
 from .decision import Decision, PlantDecision, decide, summary
 from .events import Rises, rises
 from .evidence import Coverage, Evidence, coverage_of, gather
+from .learning import Learned, learned
+from .learning import findings as learning_findings
 from .rejection import NOT_REJECTED, REJECTED, UNDECIDED, Outcomes, Rejection
 from .signal import NOTHING, Signal, Signals, Size, Span, difference, ordered, size, together, total
 from .subject import JudgedPlant, Subject
@@ -65,6 +67,7 @@ class Report:
     synchronisation: Size
     plants: tuple[PlantReport, ...]
     signals: Mapping[str, SignalSummary]
+    learned: tuple[Learned, ...] = ()
 
     @property
     def scenario(self) -> str:
@@ -116,6 +119,9 @@ def judge(
     plants = decide(subject, events, evidence, lenient=lenient)
     reports = tuple(_report(each, signals, span) for each in plants)
     decision: Decision = summary(plants)
+    found_out = learned(signals, subject.learners)
+    said = learning_findings(subject.learners, found_out, decision.rejection.spurious)
+    evidence = replace(evidence, warnings=(*evidence.warnings, *said))
     given = timings or {}
     return Report(
         subject=subject,
@@ -131,6 +137,7 @@ def judge(
             name: _summary(signals[name], events[name], given.get(name))
             for name in ordered(signals)
         },
+        learned=found_out,
     )
 
 

@@ -18,6 +18,7 @@ from .arguments import (
     load_scenario,
     nonnegative,
     positive,
+    warn,
     whole,
     write_json,
 )
@@ -78,6 +79,7 @@ def main(args: argparse.Namespace) -> int:
     run = simulate(scenario, duration, sampled=args.sampled, at=args.at, **impairments)
     report = judge(run, args.settle, args.window)
     print(table(report), flush=True)
+    warn(report.evidence.warnings)
     _tell_rounding(args.delay, scenario)
     _write(args, run, report)
     return report.exit_code

@@ -8,12 +8,12 @@ from typing import Any
 
 from rclpy.parameter import Parameter
 
-from ..control.adaptive import paused
+from ..control.adaptive import GAIN, LARGEST, paused
 from ..runtime.cdr import packed
 from ..scenario import block_spec
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
-from .managed import FaultError, Status
+from .managed import OK, WARN, FaultError, Status
 from .pace import Lines
 from .signal import SignalNode
 from .topics import signal_topic
@@ -130,4 +130,8 @@ class BlockNode(SignalNode):
         if not self.learned:
             return Status(level, message, values)
         learning = 'paused' if self.inputs.quiet else 'on'
-        return Status(level, message, {**values, 'learning': learning, **self.learned})
+        values = {**values, 'learning': learning, **self.learned}
+        if level == OK and self.values[GAIN] > LARGEST:
+            words = f'{GAIN} {self.values[GAIN]:g} is above {LARGEST:g}: it need not converge'
+            return Status(WARN, words, values)
+        return Status(level, message, values)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..analysis.signal import Signals, ordered
+from ..analysis.signal import Signals, with_events
 from .decimate import broken, min_max_decimate
 from .report_svg import TIME, svg
 from .style import SERIES, Look, mark_events, style
@@ -67,7 +67,7 @@ def comparison_svg(runs: Sequence[Shown]) -> str:
 def panels(runs: Sequence[Shown]) -> list[str]:
     """Return the signals that are drawn: those with samples, the paper's first."""
     names = {name for run in runs for name, (t, _) in run.signals.items() if len(t)}
-    return ordered(names)[:MOST]
+    return with_events(names)[:MOST]
 
 
 def _heights(runs: Sequence[Shown]) -> list[float]:

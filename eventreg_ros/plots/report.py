@@ -8,8 +8,9 @@ from datetime import datetime, timezone
 from html import escape
 from typing import Any
 
+from ..analysis.learning import words as learned_words
 from ..analysis.recorded import Analysis
-from ..analysis.signal import Signals
+from ..analysis.signal import Signals, with_events
 from ..analysis.verdict import PlantReport, Report
 from ..scenario import Criteria
 from . import html as page
@@ -70,6 +71,7 @@ def render(run: ReportPage) -> str:
         _raster(run),
         _residual(run),
         _synchronisation(run),
+        _learned(run),
         _events(run),
         _timing(report),
         _parameters(run),
@@ -133,7 +135,7 @@ def _signals(run: ReportPage) -> str:
     ]
     head = ('signal', 'samples', 'min', 'max', 'events', f'after t = {settle:g}')
     shown = set(report_plots.panels(run.signals))
-    hidden = [name for name in run.report.signals if name not in shown]
+    hidden = [name for name in with_events(run.report.signals) if name not in shown]
     caption = (
         f'Circles: events. Dotted: the threshold, {run.criteria.threshold:g}. Shaded: the settling '
         'time, in which nothing is counted.'
@@ -181,6 +183,14 @@ def _follows(run: ReportPage, plant: PlantReport) -> str:
         f'rms {number(size.rms)}.'
     )
     return page.figure(svg, caption)
+
+
+def _learned(run: ReportPage) -> str:
+    if not run.report.learned:
+        return ''
+    caption = f'{"; ".join(map(learned_words, run.report.learned))}. Dotted: the generator.'
+    svg = report_plots.learned_svg(run.signals, run.report)
+    return page.section('What was learned', page.figure(svg, caption))
 
 
 def _events(run: ReportPage) -> str:

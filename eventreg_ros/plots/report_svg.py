@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.signal import Signals, ordered, total
+from ..analysis.signal import Signals, total, with_events
 from ..analysis.subject import JudgedPlant
 from ..analysis.verdict import Report, residual, synchronisation
 from ..models.roles import SIGNALS
@@ -143,9 +143,23 @@ def synchronisation_svg(signals: Signals, report: Report, plant: JudgedPlant) ->
     return svg(draw, [1.4, 1.2], 'Disturbance w and control action u, and their difference', 0.3)
 
 
+def learned_svg(signals: Signals, report: Report) -> str:
+    """Draw 1/tau of every controller that learned it, and that of the generator it came to."""
+
+    def draw(axes: list[Any]) -> None:
+        for ax, each in zip(axes, report.learned, strict=True):
+            t, x = signals[each.signal]
+            if each.value is not None:
+                ax.axhline(1.0 / each.value, color=GREY, linewidth=0.8, linestyle=DOTTED)
+            _draw(ax, 'u', t, 1.0 / x, linestyle='-')
+            _frame(ax, f'1 / {each.signal}', report)
+
+    return svg(draw, [1.1] * len(report.learned), 'What the controllers learned over model time')
+
+
 def panels(signals: Signals) -> list[str]:
     """Return the names of the signals that are drawn: with samples, the paper's first."""
-    names = [name for name in ordered(signals) if len(signals[name][0])]
+    names = [name for name in with_events(signals) if len(signals[name][0])]
     return names[: max(MOST, sum(name in SIGNALS for name in names))]
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..analysis.signal import Signals, family, ordered
+from ..analysis.signal import Signals, family, with_events
 from .decimate import broken, min_max_decimate
 from .style import (
     DASHED,
@@ -59,7 +59,7 @@ def draw_run(
     The panels share one scale, that of the threshold too: what does not spike looks small. Before
     ``settle`` (model time) events do not count, and the picture is shaded.
     """
-    names = ordered(name for name, signal in signals.items() if len(signal.t))
+    names = with_events(name for name, signal in signals.items() if len(signal.t))
     panels = _panels(names)
     heights = [PANEL] * len(panels) + [0.1 + ROW * len(names)]
     with style():

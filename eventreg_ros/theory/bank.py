@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..control.adaptive import fixed
 from ..simulation.block import BlockSpec
 from .certificates import Certificate, Number
 from .internal_model import Copy, compare, embeds
@@ -22,8 +23,10 @@ def bank(controllers: Sequence[BlockSpec], exosystems: Sequence[BlockSpec]) -> l
 
     Each controller serves one generator; exact copies are assigned first.
     """
-    copies = assign(controllers, exosystems)
-    return [_certificate(e, copies.get(e.name), controllers) for e in exosystems]
+    alone = [fixed(c) for c in controllers]
+    copies = assign(alone, exosystems)
+    learners = [c.name for c in controllers if c.model.learned and c.name not in copies.values()]
+    return [_certificate(e, copies.get(e.name), alone, learners) for e in exosystems]
 
 
 def assign(controllers: Sequence[BlockSpec], exosystems: Sequence[BlockSpec]) -> dict[str, str]:
@@ -54,7 +57,9 @@ def _distance(c: BlockSpec, e: BlockSpec) -> float:
     return float('inf') if copy.tau is None else abs(copy.tau)
 
 
-def _certificate(e: BlockSpec, name: str | None, controllers: Sequence[BlockSpec]) -> Certificate:
+def _certificate(
+    e: BlockSpec, name: str | None, controllers: Sequence[BlockSpec], learners: Sequence[str]
+) -> Certificate:
     by_name = {c.name: c for c in controllers}
     nearest = by_name[name] if name else min(controllers, key=lambda c: _distance(c, e))
     copy = _copy(nearest, e)
@@ -65,6 +70,12 @@ def _certificate(e: BlockSpec, name: str | None, controllers: Sequence[BlockSpec
     numbers |= {'exact_copy': copy.exact, 'k': copy.k, 'tau': copy.tau}
     if name:
         text = f'Its copy is in {name}' + ('.' if copy.exact else ': tau agrees, and k cancels.')
+    elif learners:
+        status = 'none'
+        text = (
+            f'No controller has its copy, but {" and ".join(learners)} may learn to be one. That '
+            'each of a bank finds a generator of its own is measured and not proven.'
+        )
     elif status == 'fail':
         text = f'No controller left has its copy (the nearest is {nearest.name}): y cannot vanish.'
     else:

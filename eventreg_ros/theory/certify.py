@@ -86,7 +86,7 @@ def _theory(circuit: Circuit) -> list[Certificate]:
         found += linear_loop(controllers[0].params if controllers else None, disturbed)
     for controller in controllers:
         found += [learning(controller, exosystems)] if controller.model.learned else []
-        rule = gain_and_delay(controller, plant, reference)
+        rule = gain_and_delay(controller, plant, reference) if len(controllers) == 1 else None
         found += [rule] if rule is not None else []
     return found
 

@@ -18,7 +18,7 @@ from eventreg_ros.simulation.sampled import simulate_sampled
 
 WHOLE = (
     'exact', 'mismatch', 'open', 'uncontrolled', 'quiescent', 'single_neuron', 'linear',
-    'morris_lecar',
+    'morris_lecar', 'two_generators', 'unknown',
 )  # fmt: skip
 SECONDS = 3.0
 

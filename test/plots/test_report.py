@@ -7,6 +7,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+from eventreg_ros import load, simulate
+from eventreg_ros.analysis.signal import Signal
 from eventreg_ros.analysis.subject import subject_by_name
 from eventreg_ros.analysis.timing import Timing
 from eventreg_ros.analysis.verdict import judge
@@ -299,3 +301,16 @@ def test_long_runs_make_pages_of_bounded_size(loop_signals):
 def test_the_same_run_is_the_same_page(loop_signals):
     pages = [render(a_run(loop_signals(w=W, y=[130], u=W))) for _ in range(2)]
     assert pages[0] == pages[1]
+
+
+def test_what_controllers_learned_is_drawn_with_the_generator_s_value():
+    run = simulate(load('exact', 'controller.adapt:=0.04'), 150.0)
+    signals = {name: Signal(run.t, x) for name, x in run.signals.items()}
+    text = render(ReportPage('run', signals, run.report, {}))
+    assert 'What was learned' in text
+    assert 'u/tau went from 1/12.0000 to' in text
+    assert 'exosystem has 1/12.0000' in text
+    assert 'Not drawn' not in text
+    plain = render(ReportPage('run', signals, replace(run.report, learned=()), {}))
+    assert 'What was learned' not in plain
+    assert text.count('<svg') == plain.count('<svg') + 1

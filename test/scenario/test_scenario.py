@@ -26,6 +26,13 @@ PAPER = {
     'linear': {'exosystem': None, 'plant': None, 'controller': None},
 }  # fmt: skip
 
+# The contract: two generators with k 2; per bank, k, adapt and the taus of the controllers.
+GENERATORS = {
+    'exosystem': (1 / 12, (1.0, 0.0, -1.0, 0.0)),
+    'exosystem_2': (1 / 19, (-0.4, 0.6, 0.9, -0.3)),
+}
+BANKS = {'two_generators': (2.0, 0.0, (1 / 12, 1 / 19)), 'unknown': (1.0, 0.04, (1 / 10, 1 / 22))}
+
 # ../shared/truth/trajectories.json, "open": "stimulus".
 ONSETS = (60.0, 110.0, 190.0, 250.0, 290.0, 360.0, 420.0, 455.0, 520.0, 600.0, 645.0, 720.0)
 WIDTH, AMPLITUDE = 10.0, 1.5
@@ -52,7 +59,7 @@ def one(value, node='plant', parameter='k'):
 
 
 def test_exactly_the_scenarios_of_the_contract_are_shipped():
-    assert set(shipped()) == {*PAPER, 'late', 'morris_lecar'}
+    assert set(shipped()) == {*PAPER, *BANKS, 'late', 'morris_lecar'}
 
 
 @pytest.mark.parametrize('name', PAPER)
@@ -103,6 +110,25 @@ def test_shipped_scenarios_watch_what_they_publish(name):
     assert set(scenario.nodes['spike_monitor']['signals']) == set(scenario.publishers)
     extra = {'spike_monitor', 'stimulus'} if name == 'open' else {'spike_monitor'}
     assert set(scenario.nodes) == {*PAPER[name], *extra}
+
+
+@pytest.mark.parametrize('name', BANKS)
+def test_the_banks_are_the_contracts(name):
+    scenario, (k, adapt, taus) = load(name), BANKS[name]
+    nodes, blocks = scenario.nodes, scenario.blocks
+    assert set(blocks) == {*GENERATORS, 'plant', 'controller', 'controller_2'}
+    for node, (tau, x0) in GENERATORS.items():
+        assert (blocks[node].params, blocks[node].x0) == ((2.0, tau), x0)
+    for node, tau in zip(('controller', 'controller_2'), taus, strict=True):
+        values = nodes[node]
+        assert (values['k'], values['tau'], values['adapt']) == (k, tau, adapt)
+        assert values['x0'] == [0.5, 0.0, -0.5, 0.0]
+        assert blocks[node].inputs == (('y', 1.0), ('y_r', -1.0))
+    signs = dict(blocks['plant'].inputs)
+    assert signs == {'w': 1.0, 'w_2': 1.0, 'u': -1.0, 'u_2': -1.0}
+    assert blocks['plant'].params == (1.0, 1 / 11)
+    assert scenario.criteria.settle == 600.0
+    assert set(nodes['spike_monitor']['signals']) == set(scenario.outputs)
 
 
 def test_the_linear_motif_is_hurwitz_and_has_the_papers_models():
