@@ -29,15 +29,15 @@ SAME_GENERATOR, LARGE_GAIN, NO_GENERATOR = 'same-generator', 'large-gain', 'no-g
 class Learner(NamedTuple):
     """An adaptive controller as it is judged: what it publishes, and what there is to learn.
 
-    ``signal`` carries ``parameter``; ``gain`` is that of the learning; ``generators`` maps the
-    exosystems to their values of the parameter, at the start of the run.
+    ``signal`` carries ``parameter``; ``gain`` is that of the learning; ``generators`` are the
+    exosystems with their values of the parameter at the start of the run.
     """
 
     controller: str
     signal: str
     parameter: str
     gain: float
-    generators: Mapping[str, float]
+    generators: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def learners_of(scenario: Scenario) -> tuple[Learner, ...]:
             f'{spec.output}/{parameter}',
             parameter,
             float(scenario.nodes[name][GAIN]),
-            dict(_values(scenario, name, parameter, blocks)),
+            tuple(_values(scenario, name, parameter, blocks)),
         )
         for name, spec in blocks.items()
         for parameter in spec.model.learned
@@ -96,7 +96,7 @@ def learned(signals: Signals, learners: Iterable[Learner]) -> tuple[Learned, ...
 
 
 def _compared(learner: Learner, t: Array, x: Array) -> Learned:
-    known, first, last = learner.generators, float(x[0]), float(x[-1])
+    known, first, last = dict(learner.generators), float(x[0]), float(x[-1])
     if not known:
         return Learned(learner.signal, learner.parameter, first, last)
     name = min(known, key=lambda node: distance(last, known[node]))

@@ -11,7 +11,7 @@ from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.analysis.report_json import as_json
 from eventreg_ros.analysis.report_table import table
 from eventreg_ros.analysis.signal import ordered, with_events
-from eventreg_ros.analysis.subject import subject_by_name
+from eventreg_ros.analysis.subject import subject_by_name, subject_of
 from eventreg_ros.bags.writer import write_bag
 
 LEARNS = 'controller.adapt:=0.04'
@@ -80,6 +80,13 @@ def test_a_gain_that_need_not_converge_and_no_generator_are_warnings():
     assert codes(alone) == ['no-generator']
     assert alone.report.learned[0].value is None
     assert codes(simulate(load('exact', LEARNS), 150.0)) == []
+
+
+def test_what_is_judged_can_be_a_key():
+    """Runs that are judged alike are run together."""
+    subject = subject_of(load('unknown'))
+    assert subject.learners[1].generators == (('exosystem', 1 / 12), ('exosystem_2', 1 / 19))
+    assert hash(subject) == hash(subject_of(load('unknown')))
 
 
 def test_the_time_of_locking():
