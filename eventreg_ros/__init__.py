@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .api import Certificate as Certificate
     from .api import Comparison as Comparison
+    from .api import Recorded as Recorded
     from .api import Run as Run
     from .api import Scenario as Scenario
+    from .api import analyze as analyze
     from .api import certificates as certificates
     from .api import compare as compare
     from .api import events as events
     from .api import judge as judge
     from .api import load as load
+    from .api import margins as margins
+    from .api import open_run as open_run
+    from .api import read_bag as read_bag
+    from .api import run as run
     from .api import simulate as simulate
 
 __version__ = '0.1.0'
@@ -21,13 +27,19 @@ __version__ = '0.1.0'
 __all__ = [
     'Certificate',
     'Comparison',
+    'Recorded',
     'Run',
     'Scenario',
+    'analyze',
     'certificates',
     'compare',
     'events',
     'judge',
     'load',
+    'margins',
+    'open_run',
+    'read_bag',
+    'run',
     'simulate',
 ]
 

@@ -87,7 +87,7 @@ def test_a_run_knows_its_events_and_verdict(exact):
     found = detect(exact.fine.t, exact.fine.signals['w'])
     assert exact.events['w'] == found
     assert all(type(t) is float for t in exact.events['w'])
-    assert repr(exact) == '<Run of exact: w, y, u; 200 model time units>'
+    assert repr(exact) == '<Run of exact: w, y, u; 200 of model time; rejected>'
     with pytest.raises(KeyError):
         exact['nonsense']
 
@@ -134,3 +134,39 @@ def test_bad_input_raises_what_the_commands_report():
 def test_impairments_belong_to_a_sampled_simulation():
     with pytest.raises(EventregError, match='add sampled=True'):
         simulate('exact', 10.0, delay=0.6)
+
+
+def test_the_examples_of_the_docstrings_run():
+    import doctest
+
+    from eventreg_ros import api
+
+    found = doctest.testmod(api)
+    assert found.attempted >= 3
+    assert found.failed == 0
+
+
+def test_overrides_are_dictionaries_or_texts():
+    scenario = load('exact', {'controller.k': 3, '/**.rate': 100.0}, 'plant.tau:=1/10')
+    assert scenario.nodes['controller']['k'] == 3.0
+    assert scenario.rate == 100.0
+    assert scenario.nodes['plant']['tau'] == 0.1
+    assert simulate('exact', {'controller.k': 3}, 20.0).scenario.nodes['controller']['k'] == 3.0
+    with pytest.raises(EventregError, match=r'NODE\.PARAM'):
+        load('exact', {'k': 3})
+    with pytest.raises(EventregError, match='no node'):
+        load('exact', {'contoller.k': 3})
+
+
+def test_a_bag_is_read_and_judged_like_a_run(tmp_path):
+    from eventreg_ros import analyze, read_bag
+    from eventreg_ros.cli.main import main
+
+    main(['simulate', 'exact', '--sampled', '--duration', '250', '--bag', str(tmp_path / 'bag')])
+    found, run = analyze(tmp_path / 'bag'), simulate('exact', 250.0, sampled=True)
+    assert (found.verdict, found.events, found.reason) == (run.verdict, run.events, run.reason)
+    np.testing.assert_array_equal(found['y'], run['y'])
+    np.testing.assert_allclose(found.t, run.t, atol=1e-7)
+    assert 'rejected' in found._repr_html_()
+    assert 'w, y, u' in repr(found).replace('v, ', '')
+    assert set(read_bag(tmp_path / 'bag').signals) == {'w', 'y', 'u'}

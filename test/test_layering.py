@@ -25,7 +25,9 @@ MAY_IMPORT = {
     'paper': 'api plots analysis scenario simulation models errors',
     'nodes': 'runtime control simulation scenario models errors analysis.events analysis.live '
     'bags.writer',
-    'session': 'nodes.topics nodes.ros bags analysis scenario runtime simulation models errors',
+    'session': (
+        'nodes.topics nodes.ros plots bags analysis scenario runtime simulation models errors'
+    ),
     'api': 'session paper plots robustness analysis bags scenario theory simulation models errors',
 }
 """What each room may import of ours beside itself, by prefix. What is not here may import all but

@@ -2,11 +2,12 @@
 
 from .criteria import Criteria
 from .files import config_directory, find, shipped
-from .reader import load, parse, with_file, with_overrides
+from .reader import Override, load, parse, with_file, with_overrides
 from .scenario import Scenario, block_spec
 
 __all__ = [
     'Criteria',
+    'Override',
     'Scenario',
     'block_spec',
     'config_directory',

@@ -65,12 +65,13 @@ def with_file(scenario: Scenario, text: str, name: str, namespace: str = '') -> 
 
 
 def with_overrides(
-    scenario: Scenario, overrides: Iterable[str], implicit: Collection[str] = ()
+    scenario: Scenario, overrides: Iterable[str | Override], implicit: Collection[str] = ()
 ) -> Scenario:
-    """Return ``scenario`` with overrides NODE.PARAM:=VALUE applied in order; see :func:`load`."""
+    """Return ``scenario`` with overrides applied in order, and then checked; see :func:`load`."""
     given = {node: dict(values) for node, values in scenario.given.items()}
-    for override in map(Override.read, overrides):
-        override.apply(given, implicit)
+    for override in overrides:
+        read = Override.read(override) if isinstance(override, str) else override
+        read.apply(given, implicit)
     return Scenario.of(scenario.name, given)
 
 
@@ -221,6 +222,15 @@ class Override(NamedTuple):
         node, parameter, value = match.groups()
         node = node if node == EVERYONE else node.strip('/')
         return cls(text, node, parameter, typed(value, f'-p {text}'))
+
+    @classmethod
+    def of(cls, name: str, value: object) -> Override:
+        """Return the override of NODE.PARAM by a value of Python. Raises ParameterError."""
+        node, dot, parameter = name.partition('.')
+        if not dot:
+            raise ParameterError(f'a parameter must be named NODE.PARAM (plant.k), got {name!r}')
+        node = node if node == EVERYONE else node.strip('/')
+        return cls(f'{name}:={shown(value)}', node, parameter, value)
 
     def apply(self, given: Given, implicit: Collection[str]) -> None:
         """Set the parameter in ``given``: of the node, or of every node that has it."""

@@ -8,17 +8,22 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..analysis.recorded import Analysis, analyze, need_span
+from ..analysis.signal import Signals
+from ..analysis.verdict import Report
 from ..errors import EventregError, ros_is_missing
-from ..scenario import Scenario
+from ..scenario import Criteria, Scenario
 from ..scenario.interventions import read_all
+from ..simulation.trajectory import Array
+from .bag import Recorded
+from .judged import Judged
 from .session import Observer, Session
 
 DURATION = 40.0
 """Seconds of a run unless something else is said, or the scenario settles late."""
 
 
-@dataclass(frozen=True)
-class LiveRun:
+@dataclass(frozen=True, repr=False)
+class LiveRun(Judged):
     """What came of a run: its bag, judged, and what its nodes reported of themselves.
 
     ``analysis`` is None when the bag cannot be judged, for ``unjudged``. ``troubles`` are what went
@@ -33,6 +38,37 @@ class LiveRun:
     troubles: Sequence[str] = ()
     measured: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def recorded(self) -> Recorded:
+        """The bag, judged. Raises EventregError where it could not be."""
+        if self.analysis is None:
+            raise EventregError(f'bag {self.bag} cannot be judged: {self.unjudged}')
+        return Recorded(self.analysis)
+
+    @property
+    def report(self) -> Report:
+        """The verdict and everything behind it."""
+        return self.recorded.report
+
+    @property
+    def criteria(self) -> Criteria:
+        """By what it was judged."""
+        return self.recorded.criteria
+
+    def over_time(self) -> Signals:
+        """Return the signals with their model times."""
+        return self.recorded.over_time()
+
+    @property
+    def signals(self) -> dict[str, Array]:
+        """The samples of each signal."""
+        return self.recorded.signals
+
+    @property
+    def t(self) -> Array:
+        """The model times of the first plant's output."""
+        return self.recorded.t
 
 
 def run(

@@ -1,0 +1,95 @@
+"""What every run has, simulated, recorded or live: signals, events, a verdict, a picture."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+from ..analysis.export import to_dataframe, to_xarray
+from ..analysis.report_table import table
+from ..analysis.signal import Signals
+from ..analysis.verdict import Report
+from ..scenario import Criteria
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from ..plots.run_plot import Figure
+
+
+class Judged:
+    """A run that has been judged. A subclass gives ``report``, ``over_time`` and ``criteria``."""
+
+    @property
+    def report(self) -> Report:
+        """The verdict and everything behind it."""
+        raise NotImplementedError
+
+    @property
+    def criteria(self) -> Criteria:
+        """By what it was judged."""
+        raise NotImplementedError
+
+    def over_time(self) -> Signals:
+        """Return the signals, each with its own model times."""
+        raise NotImplementedError
+
+    @property
+    def verdict(self) -> str:
+        """``rejected``, ``not rejected`` or ``undecided``."""
+        return self.report.verdict
+
+    @property
+    def reason(self) -> str:
+        """Why, in words."""
+        return self.report.reason
+
+    @property
+    def events(self) -> dict[str, list[float]]:
+        """The model times of all events of each signal."""
+        return {name: list(signal.events) for name, signal in self.report.signals.items()}
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of the signals and their events, which a notebook shows.
+
+        ``run.plot().savefig('run.pdf')`` writes it.
+        """
+        from ..plots.run_plot import draw_run
+
+        return draw_run(
+            self.over_time(),
+            self.events,
+            threshold=self.criteria.threshold,
+            settle=self.criteria.settle,
+            title=f'{self.report.scenario}: {self.verdict}',
+        )
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""
+        return to_dataframe(self.over_time(), **self._attrs())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the signals as an xarray Dataset over t; see :func:`.export.to_xarray`."""
+        return to_xarray(self.over_time(), **self._attrs())
+
+    def _attrs(self) -> dict[str, str]:
+        return {'scenario': self.report.scenario, 'verdict': self.verdict}
+
+    def __repr__(self) -> str:
+        signals = ', '.join(self.over_time())
+        end = self.report.duration
+        return (
+            f'<{type(self).__name__} of {self.report.scenario}: {signals}; {end:g} of model time; '
+            f'{self.verdict}>'
+        )
+
+    def __str__(self) -> str:
+        """Return the table that the command prints; it ends with the verdict."""
+        return table(self.report)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the verdict, why, and the table."""
+        head = f'<b>{escape(self.report.scenario)}: {escape(self.verdict)}</b>'
+        words = f'<p>{escape(self.reason)}</p>'
+        return f'{head}{words}<pre>{escape(str(self))}</pre>'

@@ -1,0 +1,126 @@
+"""A scenario simulated and judged: what ``eventreg simulate`` does, for Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from ..analysis.recorded import need_span
+from ..analysis.signal import Signal, Signals
+from ..analysis.subject import subject_of
+from ..analysis.verdict import Report
+from ..analysis.verdict import judge as judge_signals
+from ..errors import EventregError
+from ..scenario import Criteria, Scenario
+from ..scenario.interventions import read_all, turns
+from ..scenario.links import need_linked
+from ..simulation.continuous import simulate as simulate_continuous
+from ..simulation.impairment import Impairment
+from ..simulation.sampled import simulate_sampled
+from ..simulation.trajectory import Array, Trajectory
+from .judged import Judged
+
+FINE = 0.02
+"""Model time between the samples in which a continuous run's events are looked for, at most."""
+
+
+@dataclass(frozen=True, repr=False)
+class Run(Judged):
+    """A simulated scenario.
+
+    ``t`` has shape (n,), in model time, every time_scale / rate from 0; so has each of ``signals``,
+    the outputs of the blocks and of the stimulus by name, which ``run['y']`` reads as well.
+    """
+
+    scenario: Scenario
+    t: Array
+    signals: Mapping[str, Array]
+    fine: Trajectory
+    """The grid in which events are looked for; in a sampled run the same."""
+
+    def __getitem__(self, signal: str) -> Array:
+        """Return one signal. Raises KeyError when the scenario has none of that name."""
+        return self.signals[signal]
+
+    @cached_property
+    def report(self) -> Report:
+        """The verdict and everything behind it, by the scenario's criteria."""
+        return judge(self)
+
+    @property
+    def criteria(self) -> Criteria:
+        """By what it is judged."""
+        return self.scenario.criteria
+
+    def over_time(self) -> Signals:
+        """Return the signals with their model times."""
+        return {name: Signal(self.t, x) for name, x in self.signals.items()}
+
+
+def simulate(
+    scenario: Scenario,
+    duration: float | None = None,
+    *,
+    sampled: bool = False,
+    delay: float = 0.0,
+    loss: float = 0.0,
+    jitter: float = 0.0,
+    seed: int = 0,
+    on: Collection[str] | None = None,
+    at: Sequence[str] = (),
+) -> Run:
+    """Simulate a scenario over ``duration`` of model time.
+
+    The default is 400, or 300 after settling if that is longer. The loop is one continuous system,
+    or ``sampled``: sample by sample as the nodes do it in lockstep, each link with ``delay`` and
+    ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``; ``on`` names the
+    signals whose links are impaired (None: all). ``at`` holds interventions as texts
+    ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time. Raises
+    EventregError when the loop cannot be simulated or the state stops being finite.
+    """
+    if duration is None:
+        duration = scenario.criteria.duration(400.0)
+    if not sampled and (delay or loss or jitter or seed or on):
+        raise EventregError(
+            f'delay, loss, jitter, seed and on belong to a sampled simulation, got '
+            f'{delay:g}, {loss:g}, {jitter:g}, {seed} and {on}; add sampled=True'
+        )
+    loop, done = scenario.loop, turns(read_all(at, scenario), scenario)
+    if sampled:
+        links = None if on is None else frozenset(on)
+        impairment = Impairment(delay, loss, jitter, seed, need_linked(loop, links))
+        found = simulate_sampled(loop, duration, impairment, done)
+        return Run(scenario, found.t, found.signals, found)
+    time_scale, rate = loop.grid
+    every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
+    fine = loop.sampled_at(every * rate)
+    found = simulate_continuous(fine, duration, turns=done)
+    coarse = {name: x[::every] for name, x in found.signals.items()}
+    return Run(scenario, found.t[::every], coarse, found)
+
+
+def judge(
+    run: Run,
+    settle: float | None = None,
+    window: float | None = None,
+    *,
+    blind: float | None = None,
+    until: float | None = None,
+) -> Report:
+    """Return the report on a run: verdict, reason, evidence, rejection, signals.
+
+    By the scenario's criteria, but for those given (model time): events before ``settle`` and after
+    ``until`` do not count; those of y and y_r match within ``window``. Raises EventregError when
+    that leaves nothing of the run.
+    """
+    subject = subject_of(run.scenario, run.signals)
+    criteria = subject.criteria.overridden(settle=settle, window=window, blind=blind)
+    need_span(criteria, float(run.t[-1]), settle=settle, until=until)
+    signals = {name: Signal(run.fine.t, x) for name, x in run.fine.signals.items()}
+    report = judge_signals(signals, replace(subject, criteria=criteria), until=until)
+    coarse = {  # the fine grid is for the events alone
+        name: replace(signal, samples=len(run.t)) for name, signal in report.signals.items()
+    }
+    return replace(report, signals=coarse)
