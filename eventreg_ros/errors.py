@@ -1,6 +1,16 @@
 """The errors that a user can fix: one line each, with where, what rule, what value, what to do."""
 
+import contextlib
+import os
 import reprlib
+import sys
+import traceback
+
+BAD_INPUT, CRASHED = 2, 70
+"""Exit codes that are no verdict; 70 is sysexits' EX_SOFTWARE."""
+
+DEBUG = 'EVENTREG_DEBUG'
+"""Environment variable that shows the traceback of a fault of our own."""
 
 LONGEST = 300
 """Characters of an error, the name of the command included."""
@@ -49,6 +59,25 @@ def one_line(message: object) -> str:
         return line
     end = (LONGEST - len(CUT)) * 2 // 5
     return line[: LONGEST - len(CUT) - end] + CUT + line[-end:]
+
+
+def complain(who: str, message: object) -> int:
+    """Print ``message`` of the command ``who`` as one line; return the exit code of bad input."""
+    with contextlib.suppress(OSError):  # nobody can be told
+        print(one_line(f'{who}: {message}'), file=sys.stderr, flush=True)
+    return BAD_INPUT
+
+
+def confess(who: str, error: BaseException) -> int:
+    """Print a fault of our own as one line, at length if so asked for; return its exit code."""
+    complain(
+        who,
+        f'fault of its own, please report it: {type(error).__name__}: {error}; '
+        f'{DEBUG}=1 in the environment shows the traceback',
+    )
+    if os.environ.get(DEBUG):
+        traceback.print_exception(error)
+    return CRASHED
 
 
 def ros_is_missing(who: str, error: ImportError) -> str:

@@ -6,25 +6,17 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from traceback import print_exception
 
 from .. import interrupts
-from ..errors import EventregError, one_line
+from ..errors import EventregError, complain, confess
 
-BAD_INPUT, CRASHED, PIPE_CLOSED = 2, 70, 141
-"""Exit codes that are no verdict: 70 is sysexits' EX_SOFTWARE, the others are the shell's."""
-
-DEBUG = 'EVENTREG_DEBUG'
-"""Environment variable that shows the traceback of a fault of our own."""
+PIPE_CLOSED = 141
+"""The exit code when nobody reads on: the shell's, for SIGPIPE."""
 
 
 def fail(message: object) -> int:
     """Print ``message`` as one line on standard error and return the exit code of bad input."""
-    try:
-        print(one_line(f'eventreg: {message}'), file=sys.stderr, flush=True)
-    except OSError:  # nobody can be told
-        _drop(sys.stderr)
-    return BAD_INPUT
+    return complain('eventreg', message)
 
 
 def guarded(work: Callable[[], int], interruptible: bool = True) -> int:
@@ -51,19 +43,9 @@ def guarded(work: Callable[[], int], interruptible: bool = True) -> int:
     except MemoryError:
         return fail('out of memory; take a shorter duration, fewer steps or a smaller file')
     except Exception as error:
-        return _crashed(error)
+        return confess('eventreg', error)
     finally:
         _flush_or_drop()
-
-
-def _crashed(error: Exception) -> int:
-    fail(
-        f'fault of its own, please report it: {type(error).__name__}: {error}; '
-        f'{DEBUG}=1 in the environment shows the traceback'
-    )
-    if os.environ.get(DEBUG):
-        print_exception(error)
-    return CRASHED
 
 
 def _open_streams() -> None:

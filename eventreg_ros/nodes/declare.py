@@ -9,9 +9,10 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.parameter import Parameter as RosParameter
 
+from ..errors import ParameterError
 from ..scenario.hint import hint
 from ..scenario.parameter import ACTIVE, Parameter
-from ..scenario.parameters import all_parameters, is_ros_parameter
+from ..scenario.parameters import all_parameters, is_ros_parameter, need_no_part
 
 TYPES = {
     'bool': RosParameter.Type.BOOL,
@@ -37,10 +38,10 @@ def fitted(node: Any, table: Table, given: Mapping[str, Any]) -> dict[str, Any]:
     found = {}
     for name, value in given.items():
         if name in table:
-            # An empty list has no type in ROS's parameter files; it reaches us as None.
-            empty = value is None and table[name].type.endswith('[]')
-            found[name] = [] if empty else value
-        elif not (is_ros_parameter(name) or name in all_parameters()):
+            found[name] = value
+            continue
+        need_no_part(node.label, name, table)
+        if not (is_ros_parameter(name) or name in all_parameters()):
             node.get_logger().warning(
                 f'{node.label} has no parameter {name!r}{hint(name, table)}; ignored'
             )
@@ -53,7 +54,9 @@ def declare(node: Any, table: Table, values: Mapping[str, Any]) -> None:
         if not node.has_parameter(name):
             kind = TYPES[parameter.type]
             node.declare_parameter(name, kind, descriptor(parameter), ignore_override=True)
-            node.set_parameters([RosParameter(name, kind, values[name])])
+            (result,) = node.set_parameters([RosParameter(name, kind, values[name])])
+            if not result.successful:
+                raise ParameterError(f'{node.label}.{name}: {result.reason}')
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -76,7 +79,7 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
             )
         ]
     elif parameter.type == 'int':
-        result.integer_range = [IntegerRange(from_value=int(low or 0), to_value=int(high or 2**62))]
+        result.integer_range = [IntegerRange(from_value=int(low or 0), to_value=int(high or 2**63 - 1))]
     return result
 
 

@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ..errors import ros_is_missing
+from ..errors import complain, ros_is_missing
 from ..scenario.parameter import Parameter
 from ..scenario.parameters import parameters_of
 
@@ -28,7 +28,7 @@ def run(node: str, arguments: Sequence[str]) -> int:
     try:
         module = importlib.import_module(f'.{node}', __package__)
     except ImportError as error:
-        return _fail(ros_is_missing(node, error))
+        return complain('eventreg_ros', ros_is_missing(node, error))
     sys.argv = [node, *arguments]
     return int(module.main())
 
@@ -55,9 +55,10 @@ def answer(word: str, name: str, what: str | None, rows: Iterable[Parameter] = (
     if word in HELP:
         print(_help(name, what or name, rows))
         return 0
-    return _fail(
+    return complain(
+        'eventreg_ros',
         f'{name}: unknown argument {word!r}; parameters go behind --ros-args, as in '
-        f'--ros-args -p NAME:=VALUE; see {name} --help'
+        f'--ros-args -p NAME:=VALUE; see {name} --help',
     )
 
 
@@ -84,8 +85,3 @@ def _shown(value: object) -> str:
     if isinstance(value, list):
         return f'[{", ".join(map(_shown, value))}]'
     return f'{value:g}' if isinstance(value, float) else str(value) or "''"
-
-
-def _fail(message: str) -> int:
-    print(f'eventreg_ros: {message}', file=sys.stderr)
-    return 2

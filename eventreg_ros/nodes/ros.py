@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import inspect
+import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,16 +19,17 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
-from ..errors import EventregError
+from .. import interrupts
+from ..errors import EventregError, complain, confess
 from ..scenario.names import KINDS
 from ..scenario.parameters import parameters_of
 from .executables import answer, own_words
+from .given import as_meant, refusal
 
 RCLError: type[Exception] = rclpy_implementation.RCLError
 UnknownROSArgsError: type[Exception] = rclpy_implementation.UnknownROSArgsError
 
 _PR_SET_TIMERSLACK = 29
-_ENDING = (signal.SIGINT, signal.SIGTERM)
 
 _PATIENCE = 3600.0
 """Seconds per wait: the EventsExecutor of Jazzy hangs in an endless one."""
@@ -80,27 +83,44 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
     """Run several nodes in one executor; otherwise as :func:`run_node`."""
     stopped = _note_signals()
     _wake_promptly()
-    try:
-        rclpy.init(args=list(args) if args is not None else None)
-    except Exception as error:
-        what = 'unknown ROS arguments ' if isinstance(error, UnknownROSArgsError) else ''
-        return 0 if stopped else _fail(what + str(error).split(', at ')[0])
     nodes: list[Any] = []
     try:
+        _init(list(sys.argv if args is None else args))
         _live(nodes, makes, stopped)
-    except (EventregError, InvalidParameterTypeException) as error:
-        return _fail(str(error))
-    except RCLError:
-        if not stopped:  # a signal shut the context down under a call that was on its way
-            raise
+    except Exception as error:
+        # A signal shuts the context down under whatever call is on its way.
+        return 0 if stopped or _was_shut_down() else _refuse(error)
     finally:
         for node in nodes:
             node.close()
         get_default_context().try_shutdown()
         # Python's own handlers go as it ends, ros2 launch signals once more by then: ignore it.
-        for each in _ENDING:
+        for each in interrupts.SIGNALS:
             signal.signal(each, signal.SIG_IGN)
     return 0
+
+
+def _init(arguments: list[str]) -> None:
+    """Initialise rclpy. Raises EventregError when it refuses the arguments or the environment."""
+    with as_meant(arguments) as meant:
+        try:
+            rclpy.init(args=meant)
+        except Exception as error:
+            what = 'unknown ROS arguments ' if isinstance(error, UnknownROSArgsError) else ''
+            why = refusal(arguments) or what + str(error).split(', at ')[0]
+            raise EventregError(why) from None
+
+
+def _was_shut_down() -> bool:
+    """Say whether rclpy was up and is no more."""
+    context = get_default_context()
+    return context.handle is not None and not context.ok()
+
+
+def _refuse(error: Exception) -> int:
+    if isinstance(error, EventregError | InvalidParameterTypeException):
+        return complain('eventreg_ros', error)
+    return confess('eventreg_ros', error)
 
 
 def _live(nodes: list[Any], makes: Sequence[Callable[[], Any]], stopped: list[int]) -> None:
@@ -125,17 +145,23 @@ def _wake_promptly() -> None:
 
 
 def _note_signals() -> list[int]:
-    """Return a list that SIGINT and SIGTERM are noted in, instead of ending the process.
+    """Return a list that signals are noted in, instead of ending the process.
 
-    rclpy sets its own handlers on top and shuts its context down; ours remain below, since a
-    second signal, as ros2 launch sends one, must not break into the closing of a bag.
+    rclpy sets its own handlers for SIGINT and SIGTERM on top and shuts its context down; ours
+    remain below, since a second signal, as ros2 launch sends one, must not break into the closing
+    of a bag. SIGHUP becomes SIGTERM.
     """
     noted: list[int] = []
-    for each in _ENDING:
+    for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, lambda number, _: noted.append(number))
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        # Only a thread can take it: no Python runs in this one while the executor waits.
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])
+        threading.Thread(target=_pass_on, args=[signal.SIGHUP], daemon=True).start()
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT, signal.SIGTERM])
     return noted
 
 
-def _fail(message: str) -> int:
-    print(f'eventreg_ros: {" ".join(message.split())}', file=sys.stderr)
-    return 2
+def _pass_on(number: int) -> None:
+    signal.sigwait([number])
+    os.kill(os.getpid(), signal.SIGTERM)

@@ -40,7 +40,7 @@ class Intervention(NamedTuple):
             return cls(text, _time(text, at), node.strip('/'), action)
         if found := _SET.fullmatch(text):
             at, node, parameter, value = found.groups()
-            read = typed(value, f'--at {text}')
+            read = typed(value, f'--at {text}', parameter)
             return cls(text, _time(text, at), node.strip('/'), 'set', parameter, read)
         raise ParameterError(
             '--at must be T:NODE.PARAM:=VALUE, T:NODE:activate or T:NODE:deactivate '

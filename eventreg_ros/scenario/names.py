@@ -13,6 +13,9 @@ from ..models.roles import ROLES, STIMULUS_OUTPUT
 from .hint import hint
 
 KINDS = (*ROLES, 'stimulus', 'spike_monitor', 'recorder', 'clock', 'link')
+NAMING = ('excitatory', 'inhibitory', 'input', 'output', 'signals')
+"""Parameters that name signals."""
+
 OTHER = 'block'
 """The kind of a node of another package whose name is none of :data:`KINDS`."""
 

@@ -95,6 +95,8 @@ class Parameter:
 
 def _convert(kind: str, value: Any) -> Any:
     if kind.endswith('[]'):
+        if value is None:  # an empty list has no type in ROS's parameter files
+            return []
         if hasattr(value, 'tolist'):  # the arrays that rclpy hands over
             value = value.tolist()
         if isinstance(value, str | bytes) or not isinstance(value, Sequence):

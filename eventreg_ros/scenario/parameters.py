@@ -23,6 +23,12 @@ from .names import NodeName, split
 from .parameter import ACTIVE, INACTIVE, Parameter
 from .table import FORESIGHT, MODEL, OTHERS, PACE, ROUTE, WIRES
 
+ROS_OWN = {
+    name: Parameter(name, 'bool', False, 'of every ROS node')
+    for name in ('use_sim_time', 'start_type_description_service')
+}
+"""What every ROS node declares itself."""
+
 _TOPIC = re.compile(r'[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 
@@ -120,9 +126,17 @@ def has(node: str, given: Mapping[str, Any], parameter: str) -> bool:
 
 def is_ros_parameter(name: str) -> bool:
     """Say whether every ROS node knows the parameter ``name`` without declaring it."""
-    return name in ('use_sim_time', 'start_type_description_service') or name.startswith(
-        'qos_overrides.'
-    )
+    return name in ROS_OWN or name.startswith('qos_overrides.')
+
+
+def need_no_part(node: str, name: str, table: Mapping[str, Parameter]) -> None:
+    """Raise ParameterError where ``name`` is NAME.PART of a parameter NAME that has no parts."""
+    whole = name.partition('.')[0]
+    if whole in table and whole != name:
+        raise ParameterError(
+            f'{node}.{whole} must be {table[whole].rule}, got a mapping with '
+            f'{shown(name[len(whole) + 1 :])}'
+        )
 
 
 def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -137,7 +151,11 @@ def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
     except ModelError as error:
         raise ParameterError(f'{node}.model: {error}') from None
     foreign = is_foreign(given)
-    for name in given:
+    for name, value in given.items():
+        if name in ROS_OWN:
+            ROS_OWN[name].check(node, value)
+        elif not foreign:
+            need_no_part(node, name, table)
         if not (name in table or foreign or is_ros_parameter(name)):
             raise ParameterError(f'{node} has no parameter {name!r}{hint(name, table)}')
     others = {name: value for name, value in given.items() if name not in table}

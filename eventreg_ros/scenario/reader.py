@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..errors import ParameterError, ScenarioError, shown
@@ -56,11 +56,7 @@ def with_file(scenario: Scenario, text: str, name: str, namespace: str = '') -> 
     """
     given = {node: dict(values) for node, values in scenario.given.items()}
     inside = namespace.strip('/') + '/' if namespace.strip('/') else ''
-    entries = [
-        entry._replace(node=entry.node.removeprefix(inside))
-        for entry in _entries(text, name, strict=False)
-    ]
-    _fill(given, entries)
+    _fill(given, _entries(text, name, strict=False), inside)
     return Scenario.of(scenario.name, given)
 
 
@@ -87,32 +83,34 @@ class Entry(NamedTuple):
         """Whether the key is a pattern."""
         return '*' in self.node
 
+    @property
+    def everyone(self) -> bool:
+        """Whether the key leaves the node's own name open."""
+        return '*' in self.node.rpartition('/')[2]
+
     def matches(self, node: str) -> bool:
         """Say whether the key holds for the node of that full name: * is one token, ** any."""
-        tokens = [{'**': '.*', '*': '[^/]+'}.get(t) or re.escape(t) for t in self.node.split('/')]
-        pattern = '/' + '/'.join(tokens)
-        return re.fullmatch(pattern.replace('/.*/', '/(?:.*/)?'), f'/{node}') is not None
+        pattern = f'/{self.node}'.replace('/**', '(/\\w+)*').replace('/*', '(/\\w+)')
+        return re.fullmatch(pattern, f'/{node}') is not None
 
 
-def _fill(given: dict[str, dict[str, Any]], entries: Iterable[Entry]) -> None:
-    """Put what the entries say into ``given``: the patterns first, then the nodes themselves."""
-    for entry in sorted(entries, key=lambda e: not e.wild):
-        if not entry.wild:
-            if entry.node in given:
-                given[entry.node].update(entry.values)
-            continue
-        everyone = '*' in entry.node.rpartition('/')[2]
-        for parameter in entry.values if everyone else ():
+def _fill(given: dict[str, dict[str, Any]], entries: Sequence[Entry], namespace: str = '') -> None:
+    """Put what the entries say into ``given``, in their order: what comes later wins, as in ROS.
+
+    Within a ``namespace`` the entries may name the nodes with it or without.
+    """
+    for entry in entries:
+        for parameter in entry.values if entry.everyone else ():
             _need_known(entry.key, parameter, given)
-        for node, values in given.items():
-            if entry.matches(node):
-                model = {p: v for p, v in entry.values.items() if p == 'model'}
-                fits = {
-                    p: v
-                    for p, v in entry.values.items()
-                    if not everyone or has(node, {**model, **values}, p)
-                }
-                values.update(fits)
+    for node, values in given.items():
+        fitting = [e for e in entries if e.matches(node) or e.matches(f'{namespace}{node}')]
+        kind = dict(values)
+        for entry in fitting:
+            kind |= {p: v for p, v in entry.values.items() if p in ('model', 'package')}
+        for entry in fitting:
+            for parameter, value in entry.values.items():
+                if not entry.everyone or has(node, kind, parameter):
+                    values[parameter] = value
 
 
 def _need_known(key: str, parameter: str, given: Mapping[str, Mapping[str, Any]]) -> None:
@@ -137,63 +135,24 @@ def _takes(node: str, values: Mapping[str, Any], parameter: str) -> bool:
 
 
 def _entries(text: str, name: str, strict: bool = True) -> list[Entry]:
-    """Return the entries of a parameter file in order. Raises ScenarioError."""
-    try:
-        data = ros_yaml.load(text, name)
-        if not isinstance(data, dict):
-            raise ScenarioError(
-                f'scenario {name} must be a ROS parameter file (NODE: ros__parameters: ...), '
-                f'got {type(data).__name__}'
-            )
-        return list(_walk(data, '', name, strict))
-    except RecursionError:
-        raise ScenarioError(f'scenario {name} nests without end; remove the alias') from None
-
-
-def _walk(data: Mapping[Any, Any], prefix: str, name: str, strict: bool) -> Iterable[Entry]:
-    """Yield an entry for every ros__parameters below ``data``; keys on the way are namespaces.
+    """Return the entries of a parameter file in order. Raises ScenarioError.
 
     Unless ``strict``, keys of nodes that are none of ours pass.
     """
-    for key, value in data.items():
-        node = f'{prefix}/{key}'.strip('/') if prefix else str(key).strip('/')
-        if _is_namespace(node, value):
-            yield from _walk(value, node, name, strict)
-            continue
-        alone = isinstance(value, dict) and set(value) == {'ros__parameters'}
-        parameters = value['ros__parameters'] if alone else None
-        foreign = isinstance(parameters, dict) and is_foreign(parameters)
-        if strict and not ('*' in node or kind_of(node) or foreign):
-            raise ScenarioError(f'scenario {name}: no node {key!r}{hint(node, KINDS)}')
-        if not isinstance(parameters, dict):
+    entries = [
+        Entry(section.name, section.name.strip('/'), section.values)
+        for section in ros_yaml.load(text, f'scenario {name}')
+    ]
+    for entry in entries if strict else ():
+        if not (entry.wild or kind_of(entry.node) or is_foreign(entry.values)):
             raise ScenarioError(
-                f'scenario {name}: {key} must hold ros__parameters: and below it one line per '
-                f'parameter, got {shown(value)}'
+                f'scenario {name}: no node {shown(entry.key)}{hint(entry.node, KINDS)}'
             )
-        yield Entry(str(key), node, flat(parameters))
+    return entries
 
 
-def _is_namespace(node: str, value: Any) -> bool:
-    """Say whether a key holds further keys: rcl reads nested keys as namespaces."""
-    if not (isinstance(value, dict) and value) or 'ros__parameters' in value:
-        return False
-    pattern_or_name = '*' in node or kind_of(node) is None
-    return pattern_or_name and all(isinstance(inner, dict) for inner in value.values())
-
-
-def flat(parameters: Mapping[Any, Any], prefix: str = '') -> dict[str, Any]:
-    """Return nested parameters with dotted names, as ROS declares them."""
-    found: dict[str, Any] = {}
-    for name, value in parameters.items():
-        if isinstance(value, dict):
-            found.update(flat(value, f'{prefix}{name}.'))
-        else:
-            found[f'{prefix}{name}'] = value
-    return found
-
-
-def typed(text: str, where: str) -> Any:
-    """Return a value given on a command line: as in a parameter file, or a fraction like 1/16.
+def typed(text: str, where: str, parameter: str) -> Any:
+    """Return what a command line gives to ``parameter``: as for ROS, or a fraction like 1/16.
 
     Raises ScenarioError that names ``where``.
     """
@@ -202,7 +161,7 @@ def typed(text: str, where: str) -> Any:
             return float(found[1]) / float(found[2])
         except (ValueError, ZeroDivisionError):
             pass
-    return ros_yaml.load(text, where)
+    return ros_yaml.value(text, where, parameter)
 
 
 class Override(NamedTuple):
@@ -221,7 +180,7 @@ class Override(NamedTuple):
             raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {shown(text)}')
         node, parameter, value = match.groups()
         node = node if node == EVERYONE else node.strip('/')
-        return cls(text, node, parameter, typed(value, f'-p {text}'))
+        return cls(text, node, parameter, typed(value, f'-p {text}', parameter))
 
     @classmethod
     def of(cls, name: str, value: object) -> Override:

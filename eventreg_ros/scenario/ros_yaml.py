@@ -1,66 +1,142 @@
-"""YAML as ROS's own parser reads it, and no other."""
+"""YAML as ROS's own parser reads it, and no other.
+
+In one thing this is stricter than rcl: a parameter that a node is given twice in a file, of which
+rcl takes the one or the other, is refused. And it is kinder: where signals are named, an unquoted y
+or n is a name, since that is how launch files and ``ros2 param dump`` write it. Nodes do both to
+what they are given (nodes/given.py).
+"""
 
 from __future__ import annotations
 
-import re
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from ..errors import ScenarioError
+from ..errors import ScenarioError, shown
+from .names import NAMING
+from .rcl_parser import Parser, RefusedError, Section, Value
+from .rcl_scalar import scalar
 
 
-def _dialect(base: Any) -> Any:
-    """Return the YAML loader or dumper ``base`` with the words that ROS's parser reads its way."""
-    ros: Any = type(base.__name__, (base,), {})
-    number = re.compile(r'^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$')
-    ros.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+0123456789'))
-    ros.add_implicit_resolver('tag:yaml.org,2002:bool', re.compile('^[yYnN]$'), list('yYnN'))
-    return ros
+def load(text: str, name: str) -> list[Section]:
+    """Return what ``text`` says of which nodes. Raises ScenarioError, which names ``name``."""
+    parser = _parser()
+    sections: list[Section] = _read(name, text, lambda: parser.file(_events(text)))
+    _need_once(name, parser)
+    if parser.empty:
+        raise ScenarioError(
+            f'{name}: {shown(parser.empty[0])} must hold ros__parameters: and below it one line '
+            'per parameter'
+        )
+    return sections
+
+
+def value(text: str, name: str, parameter: str) -> Value:
+    """Return the value that ``text`` gives to ``parameter``. Raises ScenarioError."""
+    if not text:
+        raise ScenarioError(f'{name} has no value; write it behind :=')
+    found: Value = _read(name, text, lambda: _parser().value(_events(text), parameter))
+    return found
+
+
+def quoted(text: str, name: str, known: Callable[[str], bool]) -> str:
+    """Return a file with quotes around signals called y or n.
+
+    What rcl refuses is returned as it is, for rcl to refuse it. Raises ScenarioError where a
+    parameter that is ``known`` is given twice.
+    """
+    import yaml
+
+    text, parser = text.removeprefix('\ufeff'), _parser()
+    try:
+        parser.file(_events(text))
+    except (RefusedError, yaml.YAMLError):
+        return text
+    _need_once(name, parser, known)
+    return _with_quotes(text, parser)
+
+
+def quoted_value(text: str, parameter: str) -> str:
+    """Return the value of ``parameter`` with quotes around signals called y or n."""
+    import yaml
+
+    parser = _parser()
+    try:
+        parser.value(_events(text), parameter)
+    except (RefusedError, yaml.YAMLError):
+        return text
+    return _with_quotes(text, parser)
+
+
+def _with_quotes(text: str, parser: Parser) -> str:
+    for held in reversed(parser.names):
+        text = f"{text[: held.start]}'{held.text}'{text[held.end :]}"
+    return text
+
+
+def _need_once(name: str, parser: Parser, known: Callable[[str], bool] | None = None) -> None:
+    for parameter, line in parser.twice:
+        if known is None or known(parameter):
+            raise ScenarioError(f'{name}, line {line}: {shown(parameter)} is given twice; keep one')
 
 
 def dump(data: Any) -> str:
     """Return ``data`` as text that ROS reads as it is meant."""
     import yaml
 
-    dumper = _dialect(yaml.SafeDumper)
-    return str(yaml.dump(data, Dumper=dumper, sort_keys=False, default_flow_style=None))
+    class Dumper(yaml.SafeDumper):
+        """Quotes every string that rcl would take for something else; writes no aliases."""
+
+        def ignore_aliases(self, data: Any) -> bool:
+            return True
+
+        def nothing(self, data: None) -> Any:
+            return self.represent_list([])
+
+        def string(self, text: str) -> Any:
+            style = None if isinstance(scalar(text), str) else "'"
+            return self.represent_scalar('tag:yaml.org,2002:str', text, style)
+
+    Dumper.add_representer(str, Dumper.string)
+    Dumper.add_representer(type(None), Dumper.nothing)
+    return str(yaml.dump(data, Dumper=Dumper, sort_keys=False, default_flow_style=None))
 
 
-def load(text: str, name: str) -> Any:
-    """Return what ``text`` says. Raises ScenarioError, which names the scenario ``name``."""
+def _parser() -> Parser:
+    return Parser(lambda parameter: parameter in NAMING)
+
+
+def _read(name: str, text: str, read: Callable[[], Any]) -> Any:
     import yaml
 
-    class Loader(_dialect(yaml.SafeLoader)):  # type: ignore[misc]
-        """Refuses what reads well and means something else: an unquoted y, a key given twice."""
-
-        def compose_mapping_node(self, anchor: Any) -> Any:
-            node = super().compose_mapping_node(anchor)
-            seen: set[tuple[str, str]] = set()
-            for key, _ in node.value:
-                name = (key.tag, key.value) if isinstance(key, yaml.ScalarNode) else None
-                if name in seen and key.tag != 'tag:yaml.org,2002:merge':
-                    raise yaml.constructor.ConstructorError(
-                        None, None, f'{key.value} is given twice; keep one', key.start_mark
-                    )
-                seen |= {name} if name else set()
-            return node
-
-        def construct_yaml_bool(self, node: Any) -> bool:
-            if node.value in ('y', 'Y', 'n', 'N'):
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"ROS reads {node.value} as true or false; write '{node.value}'",
-                    node.start_mark,
-                )  # fmt: skip
-            return bool(super().construct_yaml_bool(node))
-
-    Loader.add_constructor('tag:yaml.org,2002:bool', Loader.construct_yaml_bool)
     try:
-        return yaml.load(text, Loader)
+        return read()
+    except RefusedError as error:
+        where = '' if error.line is None else f', line {error.line}'
+        raise ScenarioError(
+            f'{name}{where}: ROS refuses it: {error}{REMEDIES.get(str(error)[:10], "")}'
+        ) from None
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         where = f', line {mark.line + 1}' if mark else ''
         problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
-        if "'\\t'" in problem:
+        if mark and '\t' in ''.join(text.splitlines()[mark.line : mark.line + 1]):
             problem += ' (indent with spaces, not tabs)'
-        raise ScenarioError(f'scenario {name}{where}: not valid YAML: {problem}') from None
-    except ValueError as error:  # a date that does not exist, say
-        raise ScenarioError(f'scenario {name}: not valid YAML: {error}') from None
+        raise ScenarioError(f'{name}{where}: not valid YAML: {problem}') from None
+
+
+REMEDIES = {
+    'Sequences ': '; write NODE:, below it ros__parameters:, and below that the parameters',
+    'Will not s': '; write the value out where *NAME stands',
+    'Sequence s': '; give all entries one type: 1.0 beside 0.5, quotes around words',
+    'No value': "; write one, or '' for an empty string",
+    'Cannot hav': '; a node must hold ros__parameters: and below it one line per parameter',
+}
+"""What to do, by the first letters of rcl's reason."""
+
+
+def _events(text: str) -> Iterator[Any]:
+    """Return libyaml's events, which is what rcl reads."""
+    import yaml
+
+    loader = yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader
+    return iter(yaml.parse(text, Loader=loader))

@@ -42,8 +42,8 @@ WRONG = {
     'int': [True, 1.0, '1', None, [1]],
     'double': [True, '1.0', None, [1.0], {}, math.nan, math.inf, -math.inf, 10**400],
     'string': [1, True, None, ['w'], b'w'],
-    'double[]': [1.0, 'abc', b'ab', None, [True], ['1'], [math.nan], [1.0, None], {1.0: 2.0}],
-    'string[]': ['w', b'w', None, [1], [True], [['w']]],
+    'double[]': [1.0, 'abc', b'ab', [True], ['1'], [math.nan], [1.0, None], {1.0: 2.0}],
+    'string[]': ['w', b'w', [1], [True], [['w']]],
 }
 
 NODES = {kind: tuple(parameters_of(kind).values()) for kind in KINDS}

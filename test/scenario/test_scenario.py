@@ -272,13 +272,23 @@ def test_numbers_are_read_as_ros_reads_them(text, value):
 
 
 @pytest.mark.parametrize('word', ['y', 'Y', 'n', 'N'])
-def test_an_unquoted_y_is_refused_for_ros_would_take_it_for_true(word):
-    text = f'spike_monitor:\n  ros__parameters:\n    signals: [w, {word}]\n'
-    message = complaint(text)
-    assert message == (
-        f"scenario mine, line 3: not valid YAML: ROS reads {word} as true or false; write '{word}'"
+def test_an_unquoted_y_is_a_name_where_signals_are_named_and_a_bool_where_one_is_meant(word):
+    for text in (f'[w, {word}]', f"[w, '{word}']", f'[w, !!str {word}]'):
+        assert one(text, 'spike_monitor', 'signals') == ['w', word]
+    assert one(word, 'plant', 'output') == word
+    assert load('exact', [f'plant.output:={word}']).nodes['plant']['output'] == word
+    assert one(word, 'plant', 'lockstep') is (word in 'yY')
+    assert one(f'[{word}]', 'controller', 'excitatory') == [word]
+    message = complaint(f'plant: {{ros__parameters: {{hold: {word}}}}}')
+    assert 'plant.hold must be one of zero, linear' in message
+
+
+@pytest.mark.parametrize('word', ['yes', 'true', 'on', 'NO', 'False'])
+def test_other_words_for_true_and_false_are_no_names(word):
+    assert 'quote words' in complaint(f'plant: {{ros__parameters: {{output: {word}}}}}')
+    assert "Value type 'bool' do not belong" in complaint(
+        f'spike_monitor: {{ros__parameters: {{signals: [w, {word}]}}}}'
     )
-    assert one("[w, 'y']", 'spike_monitor', 'signals') == ['w', 'y']
 
 
 @pytest.mark.parametrize(
@@ -286,28 +296,36 @@ def test_an_unquoted_y_is_refused_for_ros_would_take_it_for_true(word):
     [
         ('plant:\n\tros__parameters:\n\t\tk: 2\n', 'line 2: not valid YAML'),
         ('plant:\n\tros__parameters:\n', 'indent with spaces, not tabs'),
-        ('plant: [', 'not valid YAML'),
-        ('plant: {? [a, b] : 1}', 'not valid YAML'),
+        ('plant: [', 'Sequences can only be values and not keys in params'),
+        ('plant: {ros__parameters: {x0: [', 'not valid YAML'),
+        ('plant: {? [a, b] : 1}', 'ROS refuses it: Sequences cannot be key; write NODE:'),
         (
             'plant:\n  ros__parameters:\n    k: 2\n    tau: 40\n    k: 3\n',
-            'scenario mine, line 5: not valid YAML: k is given twice; keep one',
+            "scenario mine, line 5: 'k' is given twice; keep one",
         ),
-        ('plant: {ros__parameters: {k: !!python/name:os.system }}', 'not valid YAML'),
-        ('plant: {ros__parameters: {k: 2024-13-45}}', 'not valid YAML'),
-        ('plant: &a {ros__parameters: *a}', 'nests without end'),
-        ('---\nplant: {}\n---\nplant: {}\n', 'not valid YAML'),
+        ('plant: {ros__parameters: {k: !!python/name:os.system }}', 'ROS refuses it: No value; '),
+        ('plant: {ros__parameters: {k: !!int "3"}}', "a finite number >= 0, got '3'"),
+        ('plant: {ros__parameters: {k: 2024-13-45}}', "got '2024-13-45'"),
+        ('plant: {ros__parameters: {k: 12:30}}', "got '12:30'"),
+        ('plant: {ros__parameters: {k: 1_000}}', "got '1_000'"),
+        ('plant: {ros__parameters: {k: 1e400}}', "got '1e400'"),
+        ('plant: &a {ros__parameters: *a}', 'Will not support aliasing; write the value out'),
+        ('plant: {ros__parameters: {<<: &a {k: 1}, <<: *a}}', 'Will not support aliasing'),
+        ('plant: {ros__parameters: {x0: [1, 0.5]}}', "of same type. Value type 'double' do not"),
+        ('plant: {ros__parameters: {k: {}}}', 'plant.k must be a finite number >= 0, got None'),
+        ('---\nplant: {}\n---\nplant: {}\n', "'plant' must hold ros__parameters"),
         ('\x07', 'not valid YAML'),
-        ('', 'must be a ROS parameter file (NODE: ros__parameters: ...), got NoneType'),
-        ('- plant', 'must be a ROS parameter file (NODE: ros__parameters: ...), got list'),
-        ('hello', 'must be a ROS parameter file (NODE: ros__parameters: ...), got str'),
+        ('', 'names no node; name at least one of'),
+        ('- plant', 'Sequences cannot be key; write NODE:, below it ros__parameters:'),
+        ('hello', 'names no node; name at least one of'),
         ('{}', 'names no node; name at least one of exosystem, plant'),
         ('/**: {ros__parameters: {rate: 100}}', 'names no node'),
         ('plnt: {ros__parameters: {}}', "no node 'plnt'; did you mean 'plant'?"),
-        ('1: {ros__parameters: {}}', 'no node 1; it has '),
-        ('plant: {k: 2}', 'plant must hold ros__parameters: and below it one line per parameter'),
-        ('plant: {ros__parameters: 2}', 'plant must hold ros__parameters:'),
-        ('plant: {ros__parameters: {}, k: 2}', 'plant must hold ros__parameters:'),
-        ('plant:', 'plant must hold ros__parameters:'),
+        ('1: {ros__parameters: {}}', "'1' is no name of a node"),
+        ('plant: {k: 2}', 'a node must hold ros__parameters: and below it one line per parameter'),
+        ('plant: {ros__parameters: 2}', 'must hold ros__parameters:'),
+        ('plant: {ros__parameters: {}, k: 2}', 'must hold ros__parameters:'),
+        ('plant:', 'must hold ros__parameters:'),
         ('plant: {ros__parameters: {kk: 2}}', "plant has no parameter 'kk'; did you mean 'k'?"),
         ('plant: {ros__parameters: {k: [2]}}', 'plant.k must be a finite number >= 0, got [2]'),
         ('plant: {ros__parameters: {k: two}}', "plant.k must be a finite number >= 0, got 'two'"),
@@ -405,10 +423,11 @@ def test_overrides_do_not_outlive_their_scenario():
         ('plant.:=2', '-p must be NODE.PARAM:=VALUE'),
         ('', '-p must be NODE.PARAM:=VALUE'),
         ('controller.tau:=-1', 'controller.tau must be a finite number > 0, got -1'),
-        ('plant.k:=', 'plant.k must be a finite number >= 0, got None'),
-        ('plant.k:=[', '-p plant.k:=[, line 1: not valid YAML'),
+        ('plant.k:=', '-p plant.k:= has no value; write it behind :='),
+        ('plant.k:=[', '-p plant.k:=[, line 2: not valid YAML'),
+        ('plant.k:={a: 1}', 'a value must be a scalar or a list of them'),
         ('plant.k:=two', "plant.k must be a finite number >= 0, got 'two'"),
-        ('plant.output:=y', "ROS reads y as true or false; write 'y'"),
+        ('plant.output:=yes', 'quote words that YAML takes for true or false'),
         ('plant.kk:=2', "plant has no parameter 'kk'; did you mean 'k'?"),
         ('reference.k:=2', "the scenario has no node 'reference'; it has exosystem, plant"),
         ('plnt.k:=2', "the scenario has no node 'plnt'; it has exosystem, plant"),
