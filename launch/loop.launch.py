@@ -51,8 +51,13 @@ def start(context):
     except EventregError as error:
         shutil.rmtree(scratch, ignore_errors=True)
         raise RuntimeError(str(error)) from None
-    # Not as a dictionary: launch would write the signal y unquoted, and ROS reads that as true.
-    file = str(stored(scratch / 'parameters.yaml', scenario.to_yaml(anywhere=True)))
+    # As one file, in which a node of another package finds the signal y quoted, too.
+    file = str(
+        stored(
+            scratch / 'parameters.yaml',
+            scenario.to_yaml(anywhere=True, namespace=value('namespace')),
+        )
+    )
     return [
         RegisterEventHandler(
             OnShutdown(on_shutdown=lambda *_: shutil.rmtree(scratch, ignore_errors=True))

@@ -71,15 +71,17 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
         return result
     if parameter.type == 'double':
         # A range includes its edges, so that "> 0" is said in the constraints and checked by us.
-        limit = sys.float_info.max
+        most = sys.float_info.max
         result.floating_point_range = [
             FloatingPointRange(
-                from_value=-limit if low is None else float(low),
-                to_value=limit if high is None else float(high),
+                from_value=-most if low is None else float(low),
+                to_value=most if high is None else float(high),
             )
         ]
     elif parameter.type == 'int':
-        result.integer_range = [IntegerRange(from_value=int(low or 0), to_value=int(high or 2**63 - 1))]
+        result.integer_range = [
+            IntegerRange(from_value=int(low or 0), to_value=int(high or 2**63 - 1))
+        ]
     return result
 
 

@@ -13,6 +13,7 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from ..scenario.qos import Endpoint
 from .info import received_at
 from .ros import RCLError, with_info
 from .topics import Topic
@@ -152,6 +153,16 @@ class Endpoints(LifecycleNode):
             for topic, sink in self.sinks.items()
             if not topic.startswith('spikes/')
         }
+
+    @property
+    def endpoints(self) -> list[Endpoint]:
+        """The publishers and subscriptions whose QoS parameters can override."""
+        found = {'publisher': self.sinks, 'subscription': self.sources}
+        return [
+            Endpoint(name, self.resolve_topic_name(name), kind)
+            for kind, topics in found.items()
+            for name in topics
+        ]
 
     def send(self, publisher: Any, message: Any) -> None:
         """Publish, unless a signal shut the context down in the middle of a callback."""

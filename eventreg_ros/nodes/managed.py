@@ -15,8 +15,10 @@ from ..errors import EventregError, ParameterError
 from ..scenario.names import kind_of
 from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED, Parameter
 from ..scenario.parameters import completed, parameters_of
+from ..scenario.qos import check_key, keys_of
 from .declare import declare, fitted, given_to, widened
 from .endpoints import Endpoints
+from .given import as_meant
 from .ros import RCLError
 from .topics import DIAGNOSTICS
 
@@ -50,7 +52,8 @@ class ManagedNode(Endpoints):
     """
 
     def __init__(self, kind: str, **kwargs: Any) -> None:
-        super().__init__(kind, **kwargs)
+        with as_meant(kwargs.pop('cli_args', None) or ()) as arguments:
+            super().__init__(kind, cli_args=arguments or None, **kwargs)
         self.kind = kind
         name = self.get_name()
         self.label = name if kind_of(name) == kind else kind
@@ -131,7 +134,12 @@ class ManagedNode(Endpoints):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Create publishers and subscriptions."""
-        return self._enter(INACTIVE, self.open)
+        return self._enter(INACTIVE, self._open)
+
+    def _open(self) -> None:
+        self.open()
+        for key in keys_of(given_to(self)):
+            check_key(self.label, key, self.endpoints)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start."""

@@ -22,6 +22,7 @@ from .criteria import Criteria
 from .links import LinkSpec, link_name
 from .names import NodeName, full_name, split
 from .parameters import is_foreign, resolve
+from .qos import Endpoint, check_key, keys_of, moved, need_topic
 
 Values = Mapping[str, Any]
 Given = dict[str, dict[str, Any]]
@@ -68,7 +69,34 @@ class Scenario:
                         f'set {node}.output to another signal'
                     )
                 seen[signal] = node
+        self._check_qos()
         return self
+
+    def _check_qos(self) -> None:
+        """Raise ParameterError for a QoS override that acts on nothing."""
+        keys: dict[str, list[str]] = {}
+        for node, values in self.given.items():
+            for key in () if is_foreign(values) else keys_of(values):
+                check_key(node, key, self._endpoints_of(node))
+                keys.setdefault(key, []).append(node)
+        for key, nodes in keys.items():
+            have = [each for node in nodes for each in self._endpoints_of(node)]
+            need_topic(f'scenario {self.name}: {nodes[0]}', key, have)
+
+    def _endpoints_of(self, node: str) -> list[Endpoint]:
+        """Return the publishers and subscriptions of a node whose QoS parameters can override."""
+        signals = {'publisher': self.published_by(node), 'subscription': self.inputs_of(node)}
+        for name, kind in (('spike_monitor', 'publisher'), ('recorder', 'subscription')):
+            if self.name_of(node).kind == name:
+                heard, home = self.nodes[node]['signals'], self.name_of(node).namespace
+                spikes = [f'spikes/{s}/{what}' for s in heard for what in ('count', 'event')]
+                signals[kind] += [full_name(home, each) for each in [*spikes, 'verdict']]
+        home = self.name_of(node).namespace + '/'
+        return [
+            Endpoint(signal.removeprefix(home), f'/{signal}', kind)
+            for kind, found in signals.items()
+            for signal in found
+        ]
 
     # What there is
 
@@ -191,16 +219,18 @@ class Scenario:
             )
         return float(next(iter(found.values())))
 
-    def to_yaml(self, anywhere: bool = False) -> str:
+    def to_yaml(self, anywhere: bool = False, namespace: str = '') -> str:
         """Return the scenario as the text of a ROS parameter file, overrides included.
 
-        With ``anywhere`` it holds for the nodes within any further namespace.
+        With ``anywhere`` it holds for the nodes within any further namespace; what names topics in
+        full is as within ``namespace``.
         """
         prefix = '/**/' if anywhere else ''
         data = {}
         for node, values in self.given.items():
             key = f'{prefix}{node}' if anywhere or '/' not in node else f'/{node}'
-            data[key] = {'ros__parameters': dict(values)}
+            values = {moved(name, namespace): value for name, value in values.items()}
+            data[key] = {'ros__parameters': values}
         return ros_yaml.dump(data)
 
     # What may be made of it

@@ -4,6 +4,8 @@ import os
 
 import pytest
 
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
 
 @pytest.fixture
 def fuzz():
@@ -13,3 +15,12 @@ def fuzz():
         return int(few * float(os.environ.get('EVENTREG_FUZZ', '1')))
 
     return number
+
+
+@pytest.fixture
+def domain():
+    """A ROS domain that nobody else has, on the loopback."""
+    from eventreg_ros.session.domain import loopback_domain
+
+    with loopback_domain({}) as found:
+        yield int(found['ROS_DOMAIN_ID'])

@@ -1,13 +1,15 @@
 """What a parameter file means: offline tools and nodes agree, in generated files of many kinds.
 
 The node is the class that runs in ROS, made from a file that goes through rcl; offline is
-``scenario.parse``. Both refuse, or both take the same values. Two things a node cannot know and only
-reports or leaves alone: a parameter that it does not have, and a node that is none of ours.
+``scenario.parse``. Both refuse, or both take the same values. Two things a node cannot know and
+only reports or leaves alone: a parameter that it does not have, and a node that is none of ours.
 """
 
 import itertools
+import json
 import random
 import re
+from pathlib import Path
 
 import pytest
 
@@ -16,39 +18,13 @@ from eventreg_ros.scenario import parse
 
 pytest.importorskip('rclpy')
 
-from rclpy.context import Context  # noqa: E402
+from rclpy.context import Context
 
-from eventreg_ros.nodes.composed import make  # noqa: E402
-from eventreg_ros.nodes.given import as_meant  # noqa: E402
+from eventreg_ros.nodes.composed import make
+from eventreg_ros.nodes.given import as_meant
 
-SCALARS = """
-0 1 -1 2 +3 007 08 09 0017 -017 00 1. .5 5. -.5 1e5 1E5 1e-3 1.e2 1e400 -1e400 1e-400 5e-324 1e-320
-2.2250738585072014e-308 0x10 0X1F -0x1 0x 0x1p3 0x.8p1 0x1p-1074 0x1p5000 0b101 0o17 1_000 1,5 12:30
-12:30:45 1:2.5 190:20:30.15 inf -inf +inf INF Infinity nan NaN -nan nan(1) .inf -.inf +.Inf .INF .nan
-.NaN .NAN .iNf ~ null Null NULL true True TRUE tRue yes Yes YES on On ON off Off OFF no No NO false y
-Y n N t f 9223372036854775807 9223372036854775808 -9223372036854775808 -9223372036854775809 1e19 0.1
-00.1 1e 1e+ e1 + - -- . .. 2024-01-02 2024-13-45 2001-12-14t21:59:43.10-05:00 w v u y_r a/b /a a.b
-a-b oscillator neuron linear zero café "1" '1' "y" 'y' "" '' "true" '0x10' "a\\nb" !!int\u00a0"3"
-!!float\u00a0"1e5" !!str\u00a01 !!str\u00a0y !!bool\u00a0"yes" !!bool\u00a0maybe !!null\u00a0x !foo\u00a0bar !<tag:yaml.org,2002:str>\u00a05
-!!binary\u00a0aGk= !!set\u00a0{} !!python/none\u00a0x &a\u00a01 &a\u00a0y *a <<
-""".replace('\n', ' ').split(' ')  # fmt: skip
-SCALARS = [word.replace('\u00a0', ' ') for word in SCALARS if word]
-
-LISTS = """
-[]|[[]]|[[1.0]]|[1.0,0.5]|[1,0]|[1,0.5]|[0.5,1]|[1.0,y]|[w,y]|[w,y,u]|['w','y']|[y]|[y,n]|[Y,y]|[n]
-[w,yes]|[true,false]|[w,1]|[w,null]|[1.0,]|[{a: 1}]|[1.0,{a: 1}]|[,]|['']|['','']|['w','']|[w, w]
-[.inf,1.0]|[nan,1.0]|[0x10,1]|[08,1.0]|[08,09]|[1e5,2e5]|[1.0,1e400]|[!!str 1,a]|[&a 1.0,*a]|[&a w,y]
-{}|{a: 1}|{a: {b: 1}}|{a: [1,2]}|{y: 1}|{<<: {a: 1}}|{1: 2}|{? [1] : 2}|!!omap [a: 1]|- 1|"[1.0]"
-""".replace('\n', '|').split('|')  # fmt: skip
-LISTS = [word for word in LISTS if word]
-
-BLOCKS = [
-    '', ' # nothing', ' |\n      1', ' |-\n      1', ' >-\n      y', " |-\n      'y'", ' |2-\n        5',
-    '\n      - 1.0\n      - 0.5', '\n      - w\n      - y', '\n      - y', '\n    - w\n    - u',
-    '\n      a: 1\n      b: 2', ' 1\n      2', ' "1\n      2"', ' 1 # one', ' w #y', ' y # y', ' y\t',
-    " 'it''s'", ' "\\x79"', ' ? 1', ' : 1', ' @a', ' `a', ' %a', ' a: b', ' [1', ' 1]', ' {', '\t1',
-]  # fmt: skip
-VALUES = [*(f' {word}' for word in SCALARS + LISTS), *BLOCKS]
+VALUES = json.loads(Path(__file__).with_name('values.json').read_text(encoding='utf-8'))
+"""What may stand behind a key and its colon: scalars of all kinds, lists, mappings, broken YAML."""
 
 PARAMETERS = [
     ('plant', 'k'), ('plant', 'x0'), ('plant', 'output'), ('plant', 'excitatory'),
@@ -66,15 +42,24 @@ SINGLES = [
     (single(value, *where), where[0]) for where, value in itertools.product(PARAMETERS, VALUES)
 ]
 
-KEYS = ['plant', '/plant', '/**', '/*', '/**/plant', '/*/plant', 'plant_2', 'r1/plant', 'controller']
-LINES = [
-    'k: 2.0', 'k: 3', 'k: 08', 'tau: 0.25', 'x0: [0.5, 0.0]', 'x0: []', 'output: y', 'output: z',
-    'excitatory: [w, y2]', 'excitatory: [w, y]', 'excitatory: &s [w]', 'inhibitory: *s', 'hold: zero',
-    'rate: 100', 'rate: 100.0', 'model: neuron', 'model: linear', 'gain: [1.0, 2.0]', 'qos: {a: 1}',
-    'lockstep: y', 'lockstep: n', 'k: {}', 'k: {a: 1}', '<<: {k: 4.0}', '<<: *s', 'use_sim_time: no',
-    'qos_overrides: {/y: {publisher: {depth: 10}}}', 'qos_overrides./y.publisher.depth: 7',
-    'time_scale: 12:30', 'settle: 3.0', 'k: &k 2.5', 'tau: *k', 'k: null', '"k": 1.5', 'autostart: off',
-]  # fmt: skip
+KEYS = [
+    'plant',
+    '/plant',
+    '/**',
+    '/*',
+    '/**/plant',
+    '/*/plant',
+    'plant_2',
+    'r1/plant',
+    'controller',
+]
+LINES = """\
+k: 2.0|k: 3|k: 08|k: {}|k: {a: 1}|k: null|"k": 1.5|k: &k 2.5|tau: *k|tau: 0.25
+x0: [0.5, 0.0]|x0: []|output: y|output: z|excitatory: [w, y2]|excitatory: [w, y]
+excitatory: &s [w]|inhibitory: *s|hold: zero|rate: 100|rate: 100.0|model: neuron|model: linear
+gain: [1.0, 2.0]|qos: {a: 1}|lockstep: y|lockstep: n|<<: {k: 4.0}|<<: *s|use_sim_time: no
+qos_overrides: {/y: {publisher: {depth: 10}}}|qos_overrides./y.publisher.depth: 7
+time_scale: 12:30|settle: 3.0|autostart: off""".replace('\n', '|').split('|')
 
 
 def whole(random):
@@ -109,7 +94,7 @@ def offline(text, node):
 
 
 @pytest.fixture
-def online(tmp_path):
+def online(tmp_path, domain):
     """Say what a real node takes from a file, or why it refuses it."""
 
     def make_one(text, node):
@@ -118,7 +103,7 @@ def online(tmp_path):
         context, made = Context(), None
         try:
             with as_meant(['x', '--ros-args', '--params-file', str(path)]) as arguments:
-                context.init(arguments)
+                context.init(arguments, domain_id=domain)
             made = make(node, context=context)
             return dict(made.values)
         except Exception as error:
@@ -154,7 +139,9 @@ def disagreement(text, node, online):
         return f'offline takes {ours}\nnode refuses: {theirs}'
     if not ours:  # the scenario has no such node
         return None
-    different = {p: (ours.get(p), theirs[p]) for p in theirs if repr(ours.get(p)) != repr(theirs[p])}
+    different = {
+        p: (ours.get(p), theirs[p]) for p in theirs if repr(ours.get(p)) != repr(theirs[p])
+    }
     return f'(offline, node): {different}' if different else None
 
 

@@ -76,7 +76,9 @@ def _active(bench, node):
         ('plant', ['-p', 'tau:=-1.0'], 'plant.tau must be a finite number > 0, got -1.0'),
         ('plant', ['-p', 'x0:=[1.0]'], 'plant.x0 must have 2 numbers'),
         ('plant', ['-p', 'k:=[1.0]'], 'plant.k must be a finite number >= 0'),
-        ('plant', ['-p', 'output:=y'], 'quote'),  # ROS reads y as true
+        ('plant', ['-p', 'output:=yes'], 'quote words'),
+        ('spike_monitor', ['-p', 'signals:=[w, on]'], "Value type 'bool' do not belong"),
+        ('plant', ['-p', 'x0:=[1, 0.5]'], "Value type 'double' do not belong"),
         ('controller', ['-p', 'model:=tree'], 'one of neuron, oscillator, linear'),
         ('spike_monitor', ['-p', 'reset:=2.0'], 'spike_monitor.reset must be < threshold'),
         ('stimulus', ['-p', 'waveform:=csv'], 'stimulus.file'),

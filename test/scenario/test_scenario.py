@@ -7,7 +7,7 @@ import pytest
 from eventreg_ros import certificates, simulate
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.robustness.margins import margins
-from eventreg_ros.scenario import Criteria, config_directory, files, load, parse, shipped
+from eventreg_ros.scenario import Criteria, config_directory, files, load, parse, shipped, with_file
 
 # The paper (paper.tex): (k_p, tau_p) = (1, 1/11) in every caption; (k_w, tau_w), (k_eta, tau_eta)
 # and (k_r, tau_r) from the captions of fig. not_contr (quiescent), exact_reg (exact, and with it
@@ -333,7 +333,11 @@ def test_other_words_for_true_and_false_are_no_names(word):
         ('plant: {ros__parameters: {k: yes}}', 'plant.k must be a finite number >= 0, got True'),
         ('plant: {ros__parameters: {tau: 0}}', 'plant.tau must be a finite number > 0, got 0'),
         ('plant: {ros__parameters: {k: 2024-01-02}}', 'plant.k must be a finite number >= 0'),
-        ('plant: {ros__parameters: {x0: {a: 1}}}', "plant has no parameter 'x0.a'"),
+        (
+            'plant: {ros__parameters: {x0: {a: 1}}}',
+            "plant.x0 must be a list of at most 10000 finite numbers, got a mapping with 'a'",
+        ),
+        ('plant: {ros__parameters: {use_sim_time: 8.0}}', 'plant.use_sim_time must be true or'),
         (
             '/**: {ros__parameters: {rte: 1}}\nplant: {ros__parameters: {}}',
             "/**.rte: no node has the parameter 'rte'; did you mean 'rate'?",
@@ -462,3 +466,43 @@ def test_a_command_line_takes_fractions(text, value):
 def test_what_is_no_fraction_is_refused(text):
     with pytest.raises(ParameterError, match=r'controller\.k must be a finite number >= 0'):
         load('exact', [f'controller.k:={text}'])
+
+
+@pytest.mark.parametrize(
+    ('override', 'words'),
+    [
+        ('plant.qos_overrides./yy.publisher.depth:=7', "no publisher of /yy; did you mean '/y'?"),
+        ('plant.qos_overrides./y.subscription.depth:=7', 'no subscription of /y'),
+        ('/**.qos_overrides./x.publisher.depth:=7', 'no publisher of /x'),
+        ('plant.qos_overrides.y.publisher.depth:=7', 'write qos_overrides./y.publisher.depth'),
+        ('plant.qos_overrides./y.publisher.lifespan:=7', "no policy 'lifespan'"),
+        ('plant.qos_overrides./y.depth:=7', 'must be qos_overrides.TOPIC.publisher.POLICY'),
+    ],
+)
+def test_a_qos_key_that_acts_on_nothing_is_refused(override, words):
+    with pytest.raises(ParameterError) as caught:
+        load('exact', [override])
+    assert words in str(caught.value)
+
+
+def test_qos_keys_have_the_resolved_name():
+    text = 'r1/plant: {ros__parameters: {qos_overrides./y.publisher.depth: 3}}'
+    assert 'y is /r1/y here; write qos_overrides./r1/y.publisher.depth' in complaint(text)
+    text = text.replace('/y.', '/r1/y.')
+    within = parse(text, 'mine').to_yaml(anywhere=True, namespace='/lab')
+    assert within == (
+        '/**/r1/plant:\n  ros__parameters: {qos_overrides./lab/r1/y.publisher.depth: 3}\n'
+    )
+    everybody = ['w.subscription', 'u.publisher']  # each of them of one node only
+    load('exact', [f'/**.qos_overrides./{each}.depth:=7' for each in everybody])
+
+
+@pytest.mark.parametrize('key', ['plant', '/plant', '/lab/plant', '/**/plant', '/*/plant', '/**'])
+def test_a_further_file_may_name_nodes_with_their_namespace_or_without(key):
+    scenario = with_file(load('exact'), f'{key}: {{ros__parameters: {{k: 3}}}}', 'more', '/lab')
+    assert scenario.nodes['plant']['k'] == 3.0
+
+
+def test_what_comes_later_in_a_file_wins_as_in_ros():
+    text = 'plant: {ros__parameters: {k: 2}}\n/**: {ros__parameters: {k: 3}}\n'
+    assert parse(text, 'mine').nodes['plant']['k'] == 3.0
