@@ -151,7 +151,7 @@ def _entries(text: str, name: str, strict: bool = True) -> list[Entry]:
     return entries
 
 
-def typed(text: str, where: str, parameter: str) -> Any:
+def typed(text: str, where: str, parameter: str = '') -> Any:
     """Return what a command line gives to ``parameter``: as for ROS, or a fraction like 1/16.
 
     Raises ScenarioError that names ``where``.

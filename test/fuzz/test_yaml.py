@@ -118,10 +118,10 @@ def online(tmp_path, domain):
 
 STRICTER = (
     'names no node', ': no node ', 'must hold ros__parameters:', 'both publish',
-    'has no parameter', 'no node has the parameter',
+    'has no parameter', 'no node has the parameter', ': no publisher of', 'acts on nothing',
 )  # fmt: skip
-"""What only a scenario is refused for. A node, to which all of /** is given, cannot know of the
-last two; it reports a parameter that no node has."""
+"""What only a scenario is refused for, or a node not before it is configured. A node, to which all
+of /** is given, cannot know which parameters are misplaced; it reports one that no node has."""
 
 
 def disagreement(text, node, online):
