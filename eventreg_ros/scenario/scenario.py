@@ -329,7 +329,7 @@ class Scenario:
                 f'lockstep waits for every sample, so that {", ".join(links)} could delay '
                 f'nothing; leave out --lockstep'
             )
-        steps = count_steps(seconds * self.time_scale, self.time_scale / self.rate)
+        steps = count_steps(seconds * self.time_scale, self.time_scale / self.rate, 0)
         if not steps:
             raise EventregError(
                 f'{seconds:g} s hold not one step of 1 / {self.rate:g} s; take a longer --duration'

@@ -14,17 +14,22 @@ MAX_NUMBERS = 120_000_000
 """So are more steps times numbers per step: a run stays below 2 GB."""
 
 
+LONGEST = 2**53
+"""Steps of a run whose samples are not kept in memory, at most: they are counted exactly."""
+
+
 def count_steps(duration: float, h: float, numbers: int = 1) -> int:
     """Return how many whole steps of ``h`` fit into ``duration``, both in model time.
 
-    ``numbers`` are what has to be kept of each step. Raises EventregError when ``duration`` is
-    negative, or asks for more than :data:`MAX_STEPS` or :data:`MAX_NUMBERS`.
+    ``numbers`` are what has to be kept in memory of each step; with 0 there is no limit of memory.
+    Raises EventregError when ``duration`` is negative, or asks for more than :data:`MAX_STEPS` or
+    :data:`MAX_NUMBERS`.
     """
     if not duration >= 0.0:
         raise EventregError(f'duration must be >= 0, got {duration!r}')
     if not h > 0.0:
         raise EventregError(f'the step must be > 0, got {h!r}; take another time_scale / rate')
-    most = min(MAX_STEPS, MAX_NUMBERS // max(numbers, 1))
+    most = min(MAX_STEPS, MAX_NUMBERS // numbers) if numbers else LONGEST
     if not duration / h <= most:
         raise EventregError(
             f'duration {duration:g} at h = {h:g} is more than {most} steps, the most for this '
