@@ -165,3 +165,37 @@ def test_a_launch_takes_its_files_with_it(launch, tmp_path):
     assert list(tmp_path.glob('**/*.yaml'))
     handler.arguments[0].on_shutdown(None, None)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_bag_of_a_launch_holds_what_the_nodes_were_started_with(launch, tmp_path):
+    file = tmp_path / 'mine.yaml'
+    file.write_text(
+        '/**: {ros__parameters: {time_scale: 20.0}}\n'
+        '/lab/controller: {ros__parameters: {k: 3.0}}\n'
+        'exosystem: {ros__parameters: {tau: 0.1}}\n'
+        '/other/node: {ros__parameters: {anything: 1}}\n'
+    )
+    context = {
+        'scenario': 'exact', 'params_file': str(file), 'record': 'true', 'namespace': 'lab',
+    }  # fmt: skip
+    _, _, *nodes = launch.start(context)
+    started = {node.name: node for node in nodes}
+    given = scenarios.parse(Path(started['plant'].parameters[0]).read_text(), 'started')
+    stored = scenarios.load(given.nodes['recorder']['scenario'])
+    for found in (given, stored):
+        assert found.time_scale == 20.0
+        assert found.nodes['controller']['k'] == 3.0
+        assert found.nodes['exosystem']['tau'] == 0.1
+    assert {node.namespace for node in nodes} == {'lab'}
+    assert len(started['plant'].parameters) == 1
+
+
+def test_a_params_file_that_is_wrong_ends_the_launch_in_words(launch, tmp_path):
+    file = tmp_path / 'mine.yaml'
+    bad = (('controller: {ros__parameters: {kk: 1}}', 'kk'), ('- 1', 'ROS refuses it'))
+    for text, words in bad:
+        file.write_text(text)
+        with pytest.raises(RuntimeError, match=words):
+            launch.start({'scenario': 'exact', 'params_file': str(file)})
+    with pytest.raises(RuntimeError, match='readable'):
+        launch.start({'scenario': 'exact', 'params_file': str(tmp_path / 'none.yaml')})
