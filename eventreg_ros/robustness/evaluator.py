@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from ..analysis.decision import decide, summary
@@ -14,7 +14,10 @@ from ..errors import EventregError
 from ..scenario import Scenario
 from ..scenario.criteria import SETTLE, WINDOW
 from ..simulation.impairment import PERFECT, Impairment
+from ..simulation.lanes import Start
 from ..simulation.sampled import SampledLoop
+from .lane_run import Template, lanes_can, run_alike
+from .outcome import VERDICTS
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,8 @@ class Evaluator:
         setting: Setting,
         on: str | None = None,
     ) -> None:
-        self._loop = SampledLoop(scenario.loop.sampled_at(rate, hold))
+        loop = scenario.loop.sampled_at(rate, hold)
+        self._loop = SampledLoop(loop)
         self._setting = setting
         subject = subject_of(scenario, self._loop.signals)
         if not subject.plants:
@@ -75,12 +79,31 @@ class Evaluator:
         listened = {signal for _, signal in self._loop.links}
         self.linked = [signal for signal in self._loop.signals if signal in listened]
         """The signals that some block listens to."""
-        self._loop.steps(setting.duration)
+        steps = self._loop.steps(setting.duration)
+        self._known: dict[Impairment, str] = {}
+        self._template = Template(loop, self._subject, setting.duration)
+        self._in_lanes = lanes_can(loop, steps, self._subject)
+
+    def prepare(self, impairments: Iterable[Impairment]) -> None:
+        """Run what will be asked for, all at once, where runs can go side by side."""
+        if not self._in_lanes:
+            return
+        wanted = [self._on(seeded) for each in impairments for seeded in self._seeds(each)]
+        wanted = [each for each in dict.fromkeys(wanted) if each not in self._known]
+        if wanted:
+            blocks = list(self._template.loop.blocks.values())
+            found = run_alike(self._template, Start.of([blocks] * len(wanted)), wanted)
+            words = [VERDICTS[i] or NOT_REJECTED for i in found.rows['verdict'].tolist()]
+            self._known.update(zip(wanted, words, strict=True))
+
+    def _on(self, impairment: Impairment) -> Impairment:
+        return impairment if self.on is None else replace(impairment, on=frozenset([self.on]))
 
     def verdict(self, impairment: Impairment = PERFECT) -> str:
         """Return the verdict on one run; when its state leaves all bounds, ``not rejected``."""
-        if self.on is not None:
-            impairment = replace(impairment, on=frozenset([self.on]))
+        impairment = self._on(impairment)
+        if (known := self._known.get(impairment)) is not None:
+            return known
         try:
             run = self._loop.run(self._setting.duration, impairment)
         except EventregError:  # all else that it may complain of was checked at the start
@@ -100,5 +123,9 @@ class Evaluator:
         return sum(runs) / len(runs)
 
     def _runs(self, impairment: Impairment) -> Iterator[bool]:
-        for seed in range(self._setting.seeds if impairment.random else 1):
-            yield self.verdict(replace(impairment, seed=seed)) == REJECTED
+        for seeded in self._seeds(impairment):
+            yield self.verdict(seeded) == REJECTED
+
+    def _seeds(self, impairment: Impairment) -> list[Impairment]:
+        seeds = range(self._setting.seeds if impairment.random else 1)
+        return [replace(impairment, seed=seed) for seed in seeds]

@@ -11,7 +11,7 @@ values of the scan beyond the first failure that are rejected again are told, no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy as np
 from ..errors import EventregError
 from ..scenario import Scenario
 from ..simulation.hold import HOLDS
-from ..simulation.impairment import Impairment
+from ..simulation.impairment import PERFECT, Impairment
 from ..simulation.trajectory import Array
 from .evaluator import Evaluator, Setting
 
@@ -29,6 +29,9 @@ FINE = 0.01
 """Length of a step in the search for the delay (model time), unless the scenario's is shorter."""
 
 LOSS_UNIT = 0.005
+AHEAD = 3
+"""Steps of a bisection for which everything is run that they may ask for."""
+
 FARTHEST_DELAY, FARTHEST_JITTER = 2.0, 20.0
 """Model time up to which is scanned."""
 
@@ -107,6 +110,7 @@ def rate_for(kind: str, scenario: Scenario, setting: Setting) -> float:
 
 def _need_verdict(scenario: Scenario, setting: Setting) -> Evaluator:
     trial = Evaluator(scenario, HOLDS[0], rate_for('loss', scenario, setting), setting)
+    trial.prepare([PERFECT])
     if trial.verdict() == 'undecided':
         raise EventregError(
             f'scenario {scenario.name} has no verdict to find the margin of, even without delay: '
@@ -135,7 +139,10 @@ def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit
         tell(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
         return result
 
-    largest, failure, again = search(passes, scan)
+    def prepare(numbers: Iterable[int]) -> None:
+        trial.prepare(_impairment(kind, value(k)) for k in numbers)
+
+    largest, failure, again = search(passes, scan, prepare)
     return Limit(
         kind=kind,
         hold=trial.hold,
@@ -168,14 +175,18 @@ def scan_of(kind: str, h: float) -> tuple[list[int], float]:
 
 
 def search(
-    passes: Callable[[int], bool], scan: Sequence[int]
+    passes: Callable[[int], bool],
+    scan: Sequence[int],
+    prepare: Callable[[Iterable[int]], None] = lambda numbers: None,
 ) -> tuple[int | None, int | None, tuple[int, ...]]:
     """Find the edge of ``passes`` over the increasing whole numbers of ``scan``.
 
     Returns the last number that passes before the first failure (None: not even the first of
     ``scan``), the first failure (None: there is none), and the numbers of ``scan`` beyond it that
-    pass again. Between two numbers of ``scan``, ``passes`` is taken for monotone.
+    pass again. Between two numbers of ``scan``, ``passes`` is taken for monotone. ``prepare`` takes
+    the numbers that may be asked for next.
     """
+    prepare(scan)
     if not passes(scan[0]):
         return None, scan[0], ()
     good = [True, *(passes(k) for k in scan[1:])]
@@ -185,9 +196,18 @@ def search(
     again = tuple(k for k, g in zip(scan[first:], good[first:], strict=True) if g)
     low, high = scan[first - 1], scan[first]
     while high - low > 1:
+        prepare(_middles(low, high, AHEAD))
         middle = (low + high) // 2
         low, high = (middle, high) if passes(middle) else (low, middle)
     return low, high, again
+
+
+def _middles(low: int, high: int, depth: int) -> set[int]:
+    """Return what a bisection from ``low`` to ``high`` may ask for in its next ``depth`` steps."""
+    if depth == 0 or high - low <= 1:
+        return set()
+    middle = (low + high) // 2
+    return {middle} | _middles(low, middle, depth - 1) | _middles(middle, high, depth - 1)
 
 
 @dataclass(frozen=True)
@@ -228,6 +248,7 @@ def delay_and_loss(
     rejected = {hold: np.zeros((rows, len(delays))) for hold in HOLDS}
     for i, loss in enumerate(losses.tolist()):
         for trial in trials:
+            trial.prepare(Impairment(delay=delay, loss=loss) for delay in delays.tolist())
             row = [trial.share(Impairment(delay=delay, loss=loss)) for delay in delays.tolist()]
             rejected[trial.hold][i] = row
         tell(f'picture: {i + 1} of {rows} rows')

@@ -86,6 +86,11 @@ def received(
         impaired = impairment.on is None or signal in impairment.on
         law = (delay, impairment.loss, jitter) if impaired else (0, 0.0, 0.0)
         lead = leads[link] if leads else 0
+        if law[1:] == (0.0, 0.0):
+            newest[link] = np.maximum(np.arange(steps) - max(law[0], lead), -1)
+            previous[link] = np.maximum(newest[link] - 1, -1)
+            used[link] = np.arange(steps)
+            continue
         sent, arrival = _arrivals(link, steps, *law, impairment.seed, lead)
         used[link, sent] = sent
         have = np.cumsum(np.bincount(arrival[arrival < steps], minlength=steps)[:steps])
@@ -100,11 +105,11 @@ def _arrivals(
     """Return the numbers of the samples that one link uses and when each arrives, both in order."""
     sent = np.arange(steps, dtype=np.int64)
     arrival = sent + delay
-    lost, late = (np.random.default_rng((seed, link, kind)) for kind in (0, 1))
     if jitter > 0.0:
+        late = np.random.default_rng((seed, link, 1))
         arrival = arrival + np.floor(jitter * late.random(steps)).astype(np.int64)
     if loss > 0.0:
-        kept = lost.random(steps) >= loss
+        kept = np.random.default_rng((seed, link, 0)).random(steps) >= loss
         sent, arrival = sent[kept], arrival[kept]
     arrival = np.maximum(arrival, sent + lead)
     if jitter > 0.0 and len(sent):

@@ -78,18 +78,28 @@ class Links(NamedTuple):
     @classmethod
     def scattered(cls, each: Sequence[Received]) -> Links:
         """Return the links of lanes with samples of their own; further lanes do as the last."""
-        shape = (*each[0].newest.shape, LANES)
-        newest, previous = (np.empty(shape, dtype=np.int32) for _ in range(2))
-        for lane in range(LANES):
-            have = each[min(lane, len(each) - 1)]
-            newest[..., lane], previous[..., lane] = have.newest, have.previous
-        return cls(newest.ravel(), previous.ravel(), max(map(_reach, each)))
+        newest = _by_lane([have.newest.ravel() for have in each])
+        previous = _by_lane([have.previous.ravel() for have in each])
+        return cls(newest, previous, max(map(_reach, each)))
+
+
+def _by_lane(tables: Sequence[Index]) -> npt.NDArray[np.int32]:
+    """Return flat tables with the lane as their last index; further lanes do as the last."""
+    rows = np.empty((LANES, len(tables[0])), dtype=np.int32)
+    for lane, table in enumerate(tables):
+        rows[lane] = table
+    rows[len(tables) :] = tables[-1]
+    return np.ascontiguousarray(rows.T).ravel()
 
 
 def _reach(have: Received) -> int:
-    oldest = np.where(have.previous >= 0, have.previous, have.newest)
-    back = np.where(oldest >= 0, np.arange(have.newest.shape[1]) - oldest, 0)
-    return int(back.max(initial=0))
+    back = 0
+    for newest, previous in zip(have.newest, have.previous, strict=True):
+        none, one = np.count_nonzero(newest < 0), np.count_nonzero(previous < 0)
+        n = np.arange(len(newest))
+        for oldest in (n[none:one] - newest[none:one], n[one:] - previous[one:]):
+            back = max(back, int(oldest.max(initial=0)))
+    return back
 
 
 @dataclass(frozen=True)
