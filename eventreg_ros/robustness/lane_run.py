@@ -83,8 +83,9 @@ def _kind(case: Case) -> Any:
     if not lanes_can(case.loop, steps, case.subject):
         return None
     structure = structure_of(case.loop, case.subject.needed, False)
+    judged = case.subject.plants, case.subject.criteria
     holds = tuple(spec.hold for spec in case.loop.blocks.values())
-    return structure, grid, holds, case.subject, case.duration, tuple(case.loop.stimuli.values())
+    return structure, grid, holds, judged, case.duration, tuple(case.loop.stimuli.values())
 
 
 def lanes_can(loop: Loop, steps: int, subject: Subject) -> bool:
