@@ -13,6 +13,7 @@ from ..bags.reader import read_bag
 from ..bags.recording import Recording
 from ..errors import BagError, EventregError
 from ..scenario import Criteria, Scenario
+from .changes import changes_of
 from .export import to_dataframe, to_xarray
 from .signal import Signal, Signals
 from .subject import Subject, subject_by_name, subject_of
@@ -66,6 +67,7 @@ class Analysis:
             self.subject,
             until=self.until,
             findings=self.findings,
+            changes=changes_of(self.recording, self.time_scale),
             lenient=self.lenient,
             timings={name: timing(stamps) for name, (stamps, _) in self.recording.signals.items()},
         )

@@ -30,6 +30,8 @@ def as_json(report: Report) -> dict[str, Any]:
         found['plants'] = {each.plant.output: _plant(each) for each in report.plants}
     if report.learned:
         found['learned'] = {each.signal: _learned(each) for each in report.learned}
+    if report.changes:
+        found['changes'] = [change._asdict() for change in report.changes]
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .learning import words
+from . import changes, learning
 from .signal import Size
 from .verdict import PlantReport, Report
 
@@ -12,7 +12,8 @@ def table(report: Report) -> str:
     lines = [_head(report), *_signals(report)]
     for each in report.plants:
         lines += _plant(each, len(report.plants) > 1)
-    lines += map(words, report.learned)
+    lines += map(learning.words, report.learned)
+    lines += [changes.words(report.changes)] if report.changes else []
     return '\n'.join([*lines, report.reason, f'verdict: {report.verdict}'])
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..bags.finding import Finding
 from ..errors import EventregError
 from ..models.model import output_beside
+from .changes import Change
 from .decision import Decision, PlantDecision, decide, summary
 from .events import Rises, rises
 from .evidence import Coverage, Evidence, coverage_of, gather
@@ -68,6 +69,8 @@ class Report:
     plants: tuple[PlantReport, ...]
     signals: Mapping[str, SignalSummary]
     learned: tuple[Learned, ...] = ()
+    changes: tuple[Change, ...] = ()
+    """What was changed while the run went on."""
 
     @property
     def scenario(self) -> str:
@@ -98,12 +101,14 @@ def judge(
     findings: Sequence[Finding] = (),
     lenient: bool = False,
     timings: Mapping[str, Timing] | None = None,
+    changes: Sequence[Change] = (),
 ) -> Report:
     """Return the report on ``signals``, by name, of a run of ``subject``.
 
     Judged is what lies from the subject's ``settle`` to ``until`` (None: the end). ``findings``
     are a reader's, with ``at`` in model time; ``lenient`` judges what was seen although they say
-    that something is missing. Raises EventregError when there is no output of a plant to judge.
+    that something is missing. ``changes``, in model time, are noted. Raises EventregError when
+    there is no output of a plant to judge.
     """
     _need_outputs(signals, subject)
     criteria = subject.criteria
@@ -138,6 +143,7 @@ def judge(
             for name in ordered(signals)
         },
         learned=found_out,
+        changes=tuple(changes),
     )
 
 

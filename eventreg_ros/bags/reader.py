@@ -79,7 +79,7 @@ def _read(path: Path, choice: Choice, time: str | None) -> Recording:
     findings = _findings(notes, start, by_signal)
     scenario, name = _scenario(path, files, accounts)
     recording = Recording(signals, findings, scenario, name, chosen, by_signal)
-    return replace(recording, lead=recording.start - start)
+    return replace(recording, lead=recording.start - start, changes=reading.changes)
 
 
 def read_messages(path: str | Path, topics: Collection[str]) -> dict[str, list[Message]]:

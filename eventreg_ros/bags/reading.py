@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..errors import BagError
+from .changes import Changed, ChangeTaker
 from .channel import Account, Channel, Messages, Taker
 from .definitions import Named, Types, is_number, kind_at, numbers, types_of
 from .finding import IMPAIRING, Note
@@ -39,6 +40,7 @@ class Reading:
         self.series: dict[Source, Series] = {}
         self._headers = headers
         self._fans: dict[tuple[Source, ...], Fan] = {}
+        self._changes: dict[str, ChangeTaker] = {}
 
     def select(self, channel: Channel) -> Taker | None:
         """Return who takes the messages of a channel. Raises BagError for a field it has not."""
@@ -46,6 +48,8 @@ class Reading:
         for source in sources:
             if source not in self.series:
                 self.series[source] = self._new(channel, source)
+        if not sources and ChangeTaker.wants(channel):
+            return self._changes.setdefault(channel.topic, ChangeTaker(channel))
         if len(sources) < 2:
             return self.series[sources[0]] if sources else None
         return self._fans.setdefault(sources, Fan([self.series[s] for s in sources]))
@@ -59,6 +63,11 @@ class Reading:
             FieldDecoder(types, channel.type, (*way, part)) for part in ('sec', 'nanosec')
         )
         return Series(decoder, (seconds, nanoseconds))
+
+    @property
+    def changes(self) -> tuple[Changed, ...]:
+        """What was changed while the bag was recorded, in order."""
+        return tuple(sorted(c for taker in self._changes.values() for c in taker.changes()))
 
     # Once all is read ---------------------------------------------------------------------------
 

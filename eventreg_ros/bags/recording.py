@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..models.roles import SIGNALS
+from .changes import Changed
 from .channel import Stamps
 from .finding import Finding
 from .messages import Values
@@ -38,6 +39,8 @@ class Recording:
     topics: dict[str, str]
     lead: int = 0
     """Nanoseconds by which the run began before the first stamp: by samples without a good one."""
+    changes: tuple[Changed, ...] = ()
+    """Parameters that were set, and nodes that were switched, while it was recorded."""
 
     @property
     def start(self) -> int:

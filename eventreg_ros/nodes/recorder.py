@@ -1,7 +1,7 @@
 """The recorder: writes signals and spikes to a rosbag2, as they come, without unpacking them.
 
 Listens to the signals that the parameter signals names, to their spikes/SIGNAL/count and
-spikes/SIGNAL/event, and to verdict.
+spikes/SIGNAL/event, to verdict, and to what the nodes say of parameters and transitions.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from ..bags.writer import BagWriter
 from ..errors import BagError
 from ..runtime.sequenced_input import flaw
 from ..scenario.parameter import ACTIVE
+from .changes import Change, ChangeTap
 from .endpoints import InfoCallback
 from .info import number_of
 from .lockstep import Participant
@@ -29,8 +30,9 @@ LOOK = 0.005
 class Recorder(ManagedNode):
     """Records ``signals``, their spikes and the verdict; a message is stamped when it was sent.
 
-    In lockstep it records the signals alone, in the order of their steps: two runs give the same
-    bytes and the same stamps.
+    What is changed during a run is recorded too: parameters set, nodes switched off and on. In
+    lockstep it records signals and changes alone, in the order of their steps: two runs give the
+    same bytes and the same stamps.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -50,6 +52,10 @@ class Recorder(ManagedNode):
         self.writer.name_signals({s: self.resolve_topic_name(s) for s in values['signals']})
         self.get_logger().info(f'recording to {path}')
         self.recorded: dict[str, int] = {}
+        self.changes: list[tuple[int, Change]] = []
+        self.tap = ChangeTap(self, self._on_change, starts=not values['lockstep'])
+        self.stack.callback(self.tap.close)
+        self.steady_timer(1.0, self.tap.look)
         if values['lockstep']:
             self._open_lockstep()
             return
@@ -138,6 +144,24 @@ class Recorder(ManagedNode):
         # In simulation time a message counts from its arrival: it must not wait.
         self.subscribe(kind, signal, receive, polled=not self.in_simulation_time)
 
+    def _on_change(self, change: Change) -> None:
+        """Record a change: in lockstep in the end, since there the order is that of the steps."""
+        if self.stage != ACTIVE:
+            return
+        if self.values['lockstep']:
+            self.changes.append(
+                (change.stamp or self.participant.stamp(max(self.row - 1, 0)), change)
+            )
+        else:
+            self._write_change(change.stamp or int(self.get_clock().now().nanoseconds), change)
+
+    def _write_change(self, stamp: int, change: Change) -> None:
+        if change.topic not in self.recorded:
+            self.recorded[change.topic] = 0
+            self.writer.add(change.topic, change.kind.type_name)
+        self._write(change.topic, stamp, change.data)
+        self.recorded[change.topic] += 1
+
     def _write(self, topic: str, stamp: int, data: bytes) -> None:
         try:
             self.writer.write(topic, stamp, data)
@@ -153,6 +177,8 @@ class Recorder(ManagedNode):
     def _close(self) -> None:
         """Close the bag: this writes its index and metadata."""
         try:
+            for stamp, change in sorted(self.changes, key=lambda pair: (pair[0], pair[1].topic)):
+                self._write_change(stamp, change)
             self.writer.close()
         except Exception as error:
             self.get_logger().error(f'the bag {self.writer.path} was not closed: {error}')

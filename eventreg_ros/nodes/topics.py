@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from lifecycle_msgs.msg import TransitionEvent
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, Header, UInt64
@@ -54,6 +56,9 @@ COUNT = Topic('spikes/{signal}/count', UInt64, 1, latched=True)
 EVENT = Topic('spikes/{signal}/event', Header, 100)
 VERDICT = Topic('verdict', DiagnosticStatus, 1, latched=True)
 DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 100)
+PARAMETER_EVENTS = Topic('/parameter_events', ParameterEvent, 1000)
+TRANSITION_EVENT = Topic('transition_event', TransitionEvent, 100)
+"""ROS's own: what every node says of its parameters, and a lifecycle node of its transitions."""
 CLOCK = Topic('/clock', Clock, 10)
 
 GRANT = Topic('lockstep/grant', UInt64, 1, latched=True)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from ..analysis.changes import Change, changes_asked
 from ..analysis.recorded import need_span
 from ..analysis.signal import Signal, Signals
 from ..analysis.subject import subject_of
@@ -39,6 +40,8 @@ class Run(Judged):
     signals: Mapping[str, Array]
     fine: Trajectory
     """The grid in which events are looked for; in a sampled run the same."""
+    changes: tuple[Change, ...] = ()
+    """What was changed on the way, in model time."""
 
     def __getitem__(self, signal: str) -> Array:
         """Return one signal. Raises KeyError when the scenario has none of that name."""
@@ -87,18 +90,20 @@ def simulate(
             f'delay, loss, jitter, seed and on belong to a sampled simulation, got '
             f'{delay:g}, {loss:g}, {jitter:g}, {seed} and {on}; add sampled=True'
         )
-    loop, done = scenario.loop, turns(read_all(at, scenario), scenario)
+    asked = read_all(at, scenario)
+    changes = tuple(change for change in changes_asked(asked) if change.at <= duration)
+    loop, done = scenario.loop, turns(asked, scenario)
     if sampled:
         links = None if on is None else frozenset(on)
         impairment = Impairment(delay, loss, jitter, seed, need_linked(loop, links))
         found = simulate_sampled(loop, duration, impairment, done)
-        return Run(scenario, found.t, found.signals, found)
+        return Run(scenario, found.t, found.signals, found, changes)
     time_scale, rate = loop.grid
     every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
     fine = loop.sampled_at(every * rate)
     found = simulate_continuous(fine, duration, turns=done)
     coarse = {name: x[::every] for name, x in found.signals.items()}
-    return Run(scenario, found.t[::every], coarse, found)
+    return Run(scenario, found.t[::every], coarse, found, changes)
 
 
 def judge(
@@ -119,7 +124,8 @@ def judge(
     criteria = subject.criteria.overridden(settle=settle, window=window, blind=blind)
     need_span(criteria, float(run.t[-1]), settle=settle, until=until)
     signals = {name: Signal(run.fine.t, x) for name, x in run.fine.signals.items()}
-    report = judge_signals(signals, replace(subject, criteria=criteria), until=until)
+    wanted = replace(subject, criteria=criteria)
+    report = judge_signals(signals, wanted, until=until, changes=run.changes)
     coarse = {  # the fine grid is for the events alone
         name: replace(signal, samples=len(run.t)) for name, signal in report.signals.items()
     }

@@ -139,10 +139,19 @@ def test_interventions_have_the_bits_of_the_simulation(eventreg, tmp_path, compo
     bags = [tmp_path / 'run', tmp_path / 'simulate']
     how = ['--composed'] if composed else []
     seconds, model = ('--duration', '6'), ('--duration', '60')
-    settle = ('--settle', '20', '--bag')
+    settle = ('--settle', '20', '--json', tmp_path / 'report.json', '--bag')
     eventreg('run', 'exact', '--lockstep', *how, *seconds, *at(2, 3.5, 5), *settle, bags[0])
+    recorded = timeless(tmp_path / 'report.json')['changes']
     eventreg('simulate', 'exact', '--sampled', *model, *at(20, 35, 50), *settle, bags[1])
     assert data(bags[0]) == data(bags[1])
+    asked = timeless(tmp_path / 'report.json')['changes']
+    assert [(c['node'], c['what']) for c in asked] == [
+        ('controller', 'deactivate'), ('controller', 'activate'), ('plant', 'k:=1.5'),
+    ]  # fmt: skip
+    assert [(c['node'], c['what']) for c in recorded] == [(c['node'], c['what']) for c in asked]
+    assert recorded[2]['at'] == asked[2]['at'] == 50.0  # a parameter event says when it was
+    for late, due in zip(recorded, asked, strict=True):  # a transition counts from its arrival
+        assert due['at'] <= late['at'] < due['at'] + 10.0
 
 
 ROBOTS = """

@@ -166,6 +166,30 @@ def test_the_recorder_records_a_remapped_signal_and_says_which_it_is(bench, tmp_
     assert recording.topics['y'] == '/arm/membrane'
 
 
+def test_the_recorder_keeps_what_is_changed_in_its_namespace(bench, tmp_path):
+    home = ['-r', '__ns:=/r1']
+    recorder = bench.add(
+        Recorder, "signals:=['v']", f'path:={tmp_path / "bag"}', arguments=home, start=False
+    )
+    recorder.trigger_configure()
+    inside = bench.add(StimulusNode, arguments=home)
+    outside = bench.add(StimulusNode, arguments=['-r', '__node:=stimulus_2'])
+    recorder.trigger_activate()
+    bench.until(lambda: '/r1/stimulus/transition_event' in recorder.tap.heard)
+    bench.until(lambda: recorder.recorded['v'] > 0)
+    for node in (outside, inside):
+        node.set_parameters([Parameter('amplitude', value=2.5)])
+        node.trigger_deactivate()
+    bench.until(lambda: recorder.recorded.get('/r1/stimulus/transition_event', 0) == 2)
+    bench.until(lambda: recorder.recorded.get('/parameter_events', 0) == 1)
+    recorder.close()
+    bench.nodes.remove(recorder)
+    changes = read_bag(tmp_path / 'bag').changes
+    assert sorted((c.node, c.what) for c in changes) == [
+        ('r1/stimulus', 'amplitude:=2.5'), ('r1/stimulus', 'deactivate'),
+    ]  # fmt: skip
+
+
 def test_the_recorder_refuses_a_bag_that_exists(bench, tmp_path):
     with pytest.raises(EventregError, match='exists already'):
         bench.add(Recorder, f'path:={tmp_path}')
