@@ -9,7 +9,8 @@ import pytest
 from eventreg_ros.cli.arguments import load_scenario
 from eventreg_ros.cli.main import VERBS, build_parser
 from eventreg_ros.paper import FIGURES, gallery
-from eventreg_ros.scenario import shipped
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.scenario import load, shipped
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('**/*.md'))]
@@ -59,7 +60,9 @@ def test_every_command_that_is_quoted_parses(words, capsys):
     assert verb is None or verb in VERBS
     code, args = parsed(verb, words)
     assert code == 0, capsys.readouterr().err
-    if getattr(args, 'scenario', None) in shipped() and hasattr(args, 'overrides'):
+    if verb == 'sweep' and args.scenario in shipped():
+        Plan.of(load(args.scenario), args.overrides, sets=args.sets)
+    elif getattr(args, 'scenario', None) in shipped() and hasattr(args, 'overrides'):
         implicit = ('spike_monitor', 'recorder', 'clock') if verb == 'run' else ()
         load_scenario(args, implicit).with_links(getattr(args, 'links', ()))
     assert set(getattr(args, 'names', ())) <= set(FIGURES)

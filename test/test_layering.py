@@ -22,7 +22,7 @@ MAY_IMPORT = {
     'analysis': 'bags scenario control simulation models errors',
     'robustness': 'analysis scenario simulation models errors',
     'plots': 'robustness analysis scenario simulation models errors',
-    'paper': 'api plots analysis scenario simulation models errors',
+    'paper': 'api plots robustness analysis scenario control simulation models errors',
     'nodes': 'runtime control simulation scenario models errors analysis.events analysis.live '
     'bags.writer',
     'session': (

@@ -1,22 +1,43 @@
-"""The paper's figures: those that it shows and those that it argues in words, as one table."""
+"""The figures as one table: the paper's, those that it argues in words, and those beyond it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from ..errors import EventregError
-from .figure import Case, Drawable, PaperFigure, compute
+from .figure import Case, Drawable, PaperFigure, compute_runs
 from .figures_in_paper import SHOWN
 from .figures_of_claims import ARGUED
-from .gallery import gallery
+from .figures_of_learning import LEARNED, SWEPT
+from .gallery import Figure, gallery
+from .swept import SweptFigure, compute_swept
 
-__all__ = ['FIGURES', 'Case', 'Drawable', 'PaperFigure', 'compute', 'find', 'gallery']
+__all__ = [
+    'FIGURES',
+    'Case',
+    'Drawable',
+    'PaperFigure',
+    'SweptFigure',
+    'compute',
+    'find',
+    'gallery',
+]
 
-FIGURES = {figure.name: figure for figure in (*SHOWN, *ARGUED)}
+FIGURES: dict[str, Figure] = {figure.name: figure for figure in (*SHOWN, *ARGUED, *LEARNED, *SWEPT)}
 """All figures by name, in the order in which they are made."""
 
 
-def find(names: Iterable[str]) -> list[PaperFigure]:
+def compute(figure: Figure, overrides: Iterable[str] = ()) -> Drawable:
+    """Return the data of a figure, its runs or sweeps each with ``overrides`` on top of its own.
+
+    Raises EventregError when an override does not fit one of the scenarios.
+    """
+    if isinstance(figure, SweptFigure):
+        return compute_swept(figure, overrides)
+    return compute_runs(figure, overrides)
+
+
+def find(names: Iterable[str]) -> list[Figure]:
     """Return the figures of these names, or all if there is none. Raises EventregError."""
     names = list(names)
     if unknown := [name for name in names if name not in FIGURES]:

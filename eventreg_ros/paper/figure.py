@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from ..api import Run, load, simulate
+from ..control.adaptive import fixed
 from ..models import NEURON, OSCILLATOR
 from ..plots.figures import Layout, Panel
 from ..scenario import Scenario
@@ -25,10 +26,14 @@ PER_LINE = 3
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation of a figure: a scenario and what it overrides."""
+    """One simulation of a figure: a scenario, what it overrides, and what is done on the way.
+
+    ``at`` holds interventions, T:ACTION with T in model time.
+    """
 
     scenario: str
     overrides: tuple[str, ...] = ()
+    at: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,13 +72,16 @@ class Drawable:
     reset: float
 
 
-def compute(figure: PaperFigure, overrides: Iterable[str] = ()) -> Drawable:
+def compute_runs(figure: PaperFigure, overrides: Iterable[str] = ()) -> Drawable:
     """Run the cases of ``figure``, each with ``overrides`` on top of its own.
 
     Raises EventregError when an override does not fit one of the scenarios.
     """
     scenarios = scenarios_of(figure, overrides)
-    runs = {name: simulate(scenario, figure.duration) for name, scenario in scenarios.items()}
+    runs = {
+        name: simulate(scenario, figure.duration, at=figure.cases[name].at)
+        for name, scenario in scenarios.items()
+    }
     columns = _columns(runs)
     columns |= {name: function(columns) for name, function in figure.derived.items()}
     layout, notes = figure.layout, parameters(scenarios.values(), figure.symbols)
@@ -126,8 +134,9 @@ def parameters(scenarios: Iterable[Scenario], symbols: Mapping[str, str] = SYMBO
 
 def _symbols(block: BlockSpec, role: str, index: str) -> tuple[str, tuple[float, ...]] | None:
     """Return the symbols of a block's parameters, and their values; None when it has none."""
-    if block.model in (NEURON, OSCILLATOR):
-        return rf'(k{index}, \tau{index})', block.params[:2]
+    alone = fixed(block)
+    if alone.model in (NEURON, OSCILLATOR):
+        return rf'(k{index}, \tau{index})', alone.params[:2]
     if role == 'controller':
         return r'(k_y, K_{\eta_1}, K_{\eta_2})', block.params
     return None

@@ -7,14 +7,17 @@ from collections.abc import Iterable
 from textwrap import fill
 
 from .figure import Case, PaperFigure, parameters, scenarios_of
+from .swept import SweptFigure
+
+Figure = PaperFigure | SweptFigure
 
 HEAD = """\
 # Gallery
 
-The four figures of the paper, and what it argues in words as figures. This page and its pictures
-are made by `make figures`; `eventreg figures --out DIR` makes them as PDF, SVG and PNG at the width
-of a paper's column, `--data` adds the numbers of each as a csv file, and `-p NODE.PARAM:=VALUE`
-draws them for other parameters.
+The four figures of the paper, what it argues in words as figures, and what goes beyond it. This
+page and its pictures are made by `make figures`; `eventreg figures --out DIR` makes them as PDF,
+SVG and PNG at the width of a paper's column, `--data` adds the numbers of each as a csv file, and
+`-p NODE.PARAM:=VALUE` draws them for other parameters.
 
 Time is the paper's (model time). The grey part is the time to settle, in which events are not
 counted. Colours are told apart with any kind of colour vision, as are the lines without colour.
@@ -25,13 +28,12 @@ What the paper does not give (initial states, durations, the pulses v) is ours; 
 PIXELS = 560
 
 
-def gallery(figures: Iterable[PaperFigure], pictures: str) -> str:
+def gallery(figures: Iterable[Figure], pictures: str) -> str:
     """Return the page as Markdown; ``pictures`` is the folder of the svg files, seen from it."""
     return '\n'.join([HEAD, *(_section(figure, pictures) for figure in figures)])
 
 
-def _section(figure: PaperFigure, pictures: str) -> str:
-    symbols = parameters(scenarios_of(figure).values(), figure.symbols)
+def _section(figure: Figure, pictures: str) -> str:
     sentence = figure.caption.partition('. ')[0].rstrip('.')
     return f"""\
 ## {figure.name.replace('_', ' ').capitalize()}
@@ -40,18 +42,32 @@ def _section(figure: PaperFigure, pictures: str) -> str:
 
 {_filled(figure.caption)}
 
-{_filled(f'- In the paper: {figure.source}')}
-- Parameters: {', '.join(symbols)}.
+{_about(figure)}
 
 {_commands(figure)}"""
+
+
+def _about(figure: Figure) -> str:
+    beyond = figure.source.startswith('Beyond')
+    source = _filled(f'- {figure.source}' if beyond else f'- In the paper: {figure.source}')
+    if isinstance(figure, SweptFigure):
+        return source
+    symbols = parameters(scenarios_of(figure).values(), figure.symbols)
+    return f'{source}\n- Parameters: {", ".join(symbols)}.'
 
 
 def _filled(text: str) -> str:
     return fill(text, 100, subsequent_indent='  ' * text.startswith('- '))
 
 
-def _commands(figure: PaperFigure) -> str:
+def _commands(figure: Figure) -> str:
     made = f'eventreg figures {figure.name}\n'
+    if isinstance(figure, SweptFigure):
+        return (
+            f'```console\n{made}'
+            + ''.join(f'{c.command}\n' for c in figure.cases.values())
+            + '```\n'
+        )
     runs = ''.join(f'{command(case, figure.duration)}\n' for case in figure.cases.values())
     if len(figure.cases) == 1:
         return f'```console\n{made}{runs}```\n'
@@ -62,7 +78,8 @@ def _commands(figure: PaperFigure) -> str:
 def command(case: Case, duration: float) -> str:
     """Return the command line that simulates ``case`` by itself."""
     words = ['eventreg simulate', case.scenario, f'--duration {duration:g}']
-    return ' '.join([*words, *(f'-p {_quoted(override)}' for override in case.overrides)])
+    words += [f'-p {_quoted(override)}' for override in case.overrides]
+    return ' '.join([*words, *(f'--at {_quoted(action)}' for action in case.at)])
 
 
 def _quoted(word: str) -> str:

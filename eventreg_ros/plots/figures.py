@@ -41,6 +41,10 @@ FLOOR = 1e-12
 """Smaller values are drawn as this in logarithmic panels: they are below the integrator's error."""
 
 
+ROUND = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+"""Ticks of a logarithmic horizontal axis."""
+
+
 @dataclass(frozen=True)
 class Curve:
     """One line of a panel, or one row of events: a column of the data, its label, its look."""
@@ -72,12 +76,15 @@ class Panel:
 class Layout:
     """A figure: its panels from top to bottom, and the columns whose events are marked below.
 
-    Before ``settle`` (model time) the panels are shaded.
+    Before ``settle`` (model time) the panels are shaded. ``along`` is the label of the horizontal
+    axis, which is logarithmic with ``log``.
     """
 
     panels: tuple[Panel, ...]
     events: tuple[Curve, ...] = ()
     settle: float = 0.0
+    along: str = TIME
+    log: bool = False
 
 
 def curves(*signals: str) -> tuple[Curve, ...]:
@@ -108,6 +115,8 @@ def draw(
     with style():
         figure, axes = _frame(layout, notes)
         axes[0].set_xlim(float(t[0]), float(t[-1]))
+        if layout.log:
+            _in_ratios(axes[-1], t)
         for axis, panel in zip(axes, layout.panels, strict=False):
             _panel(axis, panel, t, data)
             if panel.threshold:
@@ -119,10 +128,18 @@ def draw(
         explained: set[str] = set()
         for axis in axes[: len(layout.panels)]:
             _legend(axis, explained)
-        axes[-1].set_xlabel(TIME)
+        axes[-1].set_xlabel(layout.along)
         figure.align_ylabels(axes)
         _lay_out(figure)
     return figure
+
+
+def _in_ratios(axis: Any, x: Array) -> None:
+    """Make the shared horizontal axis logarithmic, with plain numbers on it."""
+    axis.set_xscale('log')
+    axis.minorticks_off()
+    ticks = [tick for tick in ROUND if x[0] <= tick <= x[-1]]
+    axis.set_xticks(ticks, [f'{tick:g}' for tick in ticks])
 
 
 def _lay_out(figure: Any) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import EventregError
-from ..models import first_state
+from ..models import Model, first_state
 from ..scenario import Scenario
 from ..scenario.parameters import has, is_foreign, parameters_of
 from ..scenario.reader import Override
@@ -245,13 +245,21 @@ def _places(scenario: Scenario, axis: Axis) -> list[_Place] | None:
     return found or None
 
 
+def _free(model: Model) -> list[str]:
+    """Return the parameters of a model that learns with which its learning has no rule."""
+    own = () if model.base is None else model.base.parameters
+    return [parameter.name for parameter in own if parameter.name not in model.learned]
+
+
 def _slot(axis: Axis, spec: Any) -> int | None:
     """Return the place of an axis in the state or the parameters of a block, None without one."""
     model, pack = spec.model, type(spec.params)
     if axis.parameter == 'x0':
         return axis.index if axis.index is not None and axis.index < model.own else None
-    if model.learned or not ((pack is tuple and model.pack is None) or model.pack is pack):
+    if not ((pack is tuple and model.pack is None) or model.pack is pack):
         return None
+    if model.learned and axis.parameter not in _free(model):
+        return None  # a state, or a bound of one
     slot = 0
     for parameter in model.parameters:
         length = parameter.length

@@ -15,7 +15,10 @@ PREDICTED = 'rate at which a small ln(tau / tau_w) is predicted to fade, per uni
 DELAY = 'delay per link that is tolerated with the exact tau and the zero hold, model time'
 
 RULE = 0.8
-"""Delay margin times k, with the exact tau and the zero hold: 0.7 to 0.9 for k from 1 to 8."""
+"""Delay margin times k, with the exact tau and the zero hold: 0.6 to 0.8 for k from 1 to 8.
+
+A k below 1 tolerates no more than 0.8 either.
+"""
 
 HIGH = 1.5
 """The k from which on a wrong tau has cost no event, for 1/tau_w from 1.2 to 200."""
@@ -84,10 +87,10 @@ def gain_and_delay(
     k = alone.params[0]
     if k <= 0.0:
         return None
-    value = RULE / k
+    value = min(RULE / k, RULE)
     text = (
-        f'k = {k:.6g} tolerates a delay of about {RULE:g}/k = {value:.2g} per link (rule of thumb; '
-        'eventreg margin measures it).'
+        f'k = {k:.6g} tolerates a delay of about {value:.2g} per link (rule of thumb: {RULE:g}/k, '
+        f'at most {RULE:g}; eventreg margin measures it).'
     )
     if controller.model.learned:
         text += ' It learns tau, so that a small k is enough: half the k, twice the delay.'

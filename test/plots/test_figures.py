@@ -176,6 +176,56 @@ def test_the_pair_is_the_oscillator():
     np.testing.assert_allclose(after('antiphase', 'strong_1.w', 0.0), w, rtol=0.0, atol=1e-6)
 
 
+def test_learning_ends_the_events_that_the_fixed_controller_lets_through():
+    assert len(events_after('learning', 'fixed.y', 100.0)) >= 5
+    assert events_after('learning', 'adaptive.y', 30.0) == []
+    assert np.abs(after('learning', 'adaptive.y', 390.0)).max() < 1e-2
+    assert after('learning', 'learned', 390.0) == pytest.approx(20.0, abs=1e-2)
+
+
+def test_a_bank_separates_and_learns_two_generators():
+    assert len(events_after('separating', 'y', 0.0)) == 3
+    assert events_after('separating', 'y', 200.0) == []
+    for suffix, rate in (('', 12.0), ('_2', 19.0)):
+        assert after('separating', f'learned{suffix}', 899.0) == pytest.approx(rate, abs=0.02)
+        assert np.abs(after('separating', f'apart{suffix}', 850.0)).max() < 0.05
+
+
+def test_a_step_costs_one_event_and_a_drift_none():
+    assert len(events_after('tracking', 'step.y', 0.0)) == 1
+    assert events_after('tracking', 'drift.y', 0.0) == []
+    d = data('tracking')
+    for case, end in (('step', 20.0), ('drift', 24.0)):
+        assert d.columns[f'{case}.learned'][-1] == pytest.approx(end, rel=2e-3)
+        assert d.columns[f'{case}.true'][-1] == pytest.approx(end)
+
+
+def test_the_adaptive_controller_has_no_tongue():
+    d = data('tongue')
+    c = {name: d.columns[f'{name}.spurious'] for name in ('weak', 'fixed', 'adaptive')}
+    assert (np.diff(d.t) > 0.0).all()
+    assert not c['adaptive'].any()
+    for name, low, high in (('weak', 9.25, 13.25), ('fixed', 6.75, 15.0)):
+        quiet = d.t[c[name] == 0]
+        assert quiet.min() == pytest.approx(low, abs=0.4)
+        assert quiet.max() == pytest.approx(high, abs=0.4)
+    assert d.columns['adaptive.residual'].max() < 0.05
+    assert d.columns['fixed.residual'][c['fixed'] > 0].min() > 1.0
+
+
+def test_the_gain_buys_tolerance_and_costs_delay():
+    d = data('which_k')
+    products = (d.columns['margin'] * d.t)[d.t >= 1.0]
+    assert products.min() > 0.6
+    assert 0.79 < products.max() < 0.83
+    assert d.columns['margin'].max() < 0.83, 'below k = 1 it gains nothing'
+    reach = d.columns['fixed.high'] / d.columns['fixed.low']
+    assert (reach[d.t < 1.1] < 2.5).all()
+    assert (reach[d.t > 1.6] == 20.0).all()
+    assert (d.columns['adaptive.low'] == 3.0).all()
+    assert (d.columns['adaptive.high'][d.t > 0.55] > 40.0).all()
+
+
 # What is drawn
 
 
@@ -291,7 +341,8 @@ def test_every_figure_is_written(name, tmp_path):
     save(picture(name), path)
     root = ElementTree.parse(path).getroot()
     lines = [p.get('d', '') for p in root.iter('{http://www.w3.org/2000/svg}path')]
-    assert sum(len(d) > 1000 for d in lines) >= len(data(name).layout.panels)
+    points = min(len(data(name).t), 100)
+    assert sum(len(d) > 10 * points for d in lines) >= len(data(name).layout.panels)
     assert path.stat().st_size < 150_000
 
 

@@ -25,6 +25,7 @@ def sets_of(name, *parameters, count=16, **more):
     [
         ('exact', ['controller.k:=0.3..4', 'controller.tau:=0.08~30%', 'plant.x0[1]:=-1..1']),
         ('exact', ['/**.k:=0.3..4', 'plant.k:=1..2', 'links.delay:={0,0.2}', 'links.loss:=0..0.4']),
+        ('unknown', ['controller.k:=0.5..3', 'exosystem.tau:=1/14..1/9', 'plant.k:=0.8..1.4']),
         ('linear', ['controller.gain[1]:=-2..2', 'controller.k_y:=-1..3', 'exosystem.x0[0]:=0..2']),
     ],
 )
