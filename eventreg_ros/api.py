@@ -164,6 +164,8 @@ def analyze(
     until: float | None = None,
     lenient: bool = False,
     namespace: str | None = None,
+    topics: Sequence[str] = (),
+    time: str | None = None,
 ) -> Recorded:
     """Read a bag and judge it; see :func:`.analysis.recorded.analyze`.
 
@@ -179,6 +181,8 @@ def analyze(
             until=until,
             lenient=lenient,
             namespace=namespace,
+            topics=topics,
+            time=time,
         )
     )
 

@@ -167,7 +167,7 @@ def _not_seen(name: str, stretches: Sequence[Span], span: Span) -> str:
     (first, end), more = stretches[0], len(stretches) - 1
     return (
         f'{name} was not seen for {missing:.1f} of {span[1] - span[0]:.1f} units of model time: '
-        f'from {first:.1f} to {end:.1f}' + (f' and {more} more times' if more else '')
+        f'from {first:.1f} to {end:.1f}' + (f' and {more} more such stretches' if more else '')
     )
 
 

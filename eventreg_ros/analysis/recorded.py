@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -99,16 +100,21 @@ def analyze(
     until: float | None = None,
     lenient: bool = False,
     namespace: str | None = None,
+    topics: Sequence[str] = (),
+    time: str | None = None,
 ) -> Analysis:
     """Read a bag and judge it by ``scenario`` (an object, a name or a path), else by its own.
 
     ``settle``, ``window`` and ``blind``, in model time, replace the scenario's; what lies after
-    ``until`` is not judged; ``lenient`` judges what was seen although something is missing. Raises
-    BagError or ScenarioError, also when the bag lacks a signal that the scenario publishes, and
+    ``until`` is not judged; ``lenient`` judges what was seen although something is missing.
+    ``namespace``, ``topics`` and ``time`` say what is read: see :func:`.read_bag`. Raises BagError
+    or ScenarioError, also when the bag lacks a signal that the scenario publishes, and
     EventregError when ``settle`` is not before the end.
     """
-    recording = read_bag(bag, namespace)
+    recording = read_bag(bag, namespace, topics=topics, time=time)
     found = _scenario_of(recording, scenario)
+    if found is not None and namespace:
+        found = found.within(namespace)
     if found is not None:
         _need_signals(bag, recording, found)
     criteria = found.criteria if found is not None else Criteria()

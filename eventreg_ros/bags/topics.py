@@ -116,10 +116,18 @@ class Choice:
         raise BagError(f'{topic} ({name}) {what}; it has {known or "no numbers at all"}')
 
     def recorded_as(self, text: str) -> None:
-        """Take over what the recorder says of remapped signals; who asks otherwise is obeyed."""
+        """Take over what the recorder says of remapped signals; who asks otherwise is obeyed.
+
+        Where a namespace is asked for, its signals lose it, and those of others are left out.
+        """
+        home = f'{self.namespace}/' if self.namespace else ''
         for part in text.split():
             with suppress(BagError):
                 want = parse(part)
+                if home and '/' in want.signal:
+                    if not want.signal.startswith(home):
+                        continue
+                    want = want._replace(signal=want.signal.removeprefix(home))
                 if not want.field and want.signal not in (w.signal for w in self.wanted):
                     self.wanted.append(want)
 

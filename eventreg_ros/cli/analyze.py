@@ -6,14 +6,15 @@ import argparse
 import sys
 from pathlib import Path
 
+from ..analysis.junit import as_junit
 from ..analysis.noise import table as noise_table
-from ..analysis.recorded import analyze
+from ..analysis.recorded import Analysis, analyze
 from ..analysis.report_json import as_json
 from ..analysis.report_table import table
 from ..analysis.verdict import Report
-from ..files import need_writable
+from ..files import need_writable, writing
 from ..scenario.table import TIME_SCALE
-from .arguments import add_json, add_span, add_window, warn, write_json, write_text
+from .arguments import add_json, add_span, add_window, check_plot, warn, write_json, write_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +24,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--scenario', metavar='S', help='the scenario, where the bag does not hold it'
     )
     parser.add_argument('--namespace', metavar='NS', help='read the topics of this namespace')
+    parser.add_argument(
+        '--topic', action='append', default=[], dest='topics', metavar='SIGNAL:=TOPIC[:FIELD]',
+        help='where a signal is, in messages of any type (y:=/arm/joint_states:velocity[2]); '
+        'may be repeated',
+    )  # fmt: skip
+    parser.add_argument(
+        '--time', choices=('log', 'publish', 'header'),
+        help='the stamps that count (publish, where they are plausible)',
+    )  # fmt: skip
     add_json(parser)
+    parser.add_argument('--junit', type=Path, metavar='F.xml', help='write the verdict for CI')
+    parser.add_argument(
+        '--plot', type=Path, metavar='F', help='draw signals and events: .png .svg .pdf'
+    )
     parser.add_argument('--report', type=Path, metavar='F.html', help='write a page with plots')
     add_window(parser)
     add_span(parser)
@@ -33,6 +47,8 @@ def main(args: argparse.Namespace) -> int:
     """Analyse the bag, print the table, and exit by the verdict."""
     need_writable(args.json)
     need_writable(args.report)
+    need_writable(args.junit)
+    check_plot(args.plot)
     analysis = analyze(
         args.bag,
         args.scenario,
@@ -42,6 +58,8 @@ def main(args: argparse.Namespace) -> int:
         until=args.until,
         lenient=args.lenient,
         namespace=args.namespace,
+        topics=args.topics,
+        time=args.time,
     )
     if analysis.scenario is None:
         print(
@@ -60,7 +78,21 @@ def main(args: argparse.Namespace) -> int:
         from ..plots.report import render, report_page
 
         write_text(args.report, render(report_page(analysis, args.bag.resolve().name)))
+    if args.junit is not None:
+        write_text(args.junit, as_junit(report))
+    if args.plot is not None:
+        draw(args.plot, analysis)
     return report.exit_code
+
+
+def draw(path: Path, analysis: Analysis) -> None:
+    """Draw the run and write it to ``path``. Raises EventregError when it cannot."""
+    from ..plots.style import save
+    from ..session.bag import Recorded
+
+    picture = Recorded(analysis).plot()
+    with writing(path) as file:
+        save(picture, file)
 
 
 def timing_table(report: Report) -> str:

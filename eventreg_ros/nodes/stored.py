@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from ..errors import ScenarioError
+from ..files import UnreadableError, read_text
 
 
 def scenario_text(node: str, path: str) -> str | None:
@@ -15,8 +14,8 @@ def scenario_text(node: str, path: str) -> str | None:
     if not path:
         return None
     try:
-        return Path(path).read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
+        return read_text(path)
+    except UnreadableError as error:
         raise ScenarioError(
             f'{node}.scenario must be a readable file, got {path!r}: {error}; give another'
         ) from None

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from ..plots.run_plot import Figure
 
 
+MOST_SHADES = 200
+"""Stretches of one signal that are shaded, at most."""
+
+
 class Judged:
     """A run that has been judged. A subclass gives ``report``, ``over_time`` and ``criteria``."""
 
@@ -53,15 +57,22 @@ class Judged:
     def plot(self) -> Figure:
         """Return a matplotlib figure of the signals and their events, which a notebook shows.
 
+        Where a signal that decides the verdict was not seen, it is shaded.
         ``run.plot().savefig('run.pdf')`` writes it.
         """
-        from ..plots.run_plot import draw_run
+        from ..plots.run_plot import Shade, draw_run
 
+        shades = [
+            Shade(start, stop, '' if i else f'{name} unseen')
+            for name, stretches in self.report.evidence.unseen.items()
+            for i, (start, stop) in enumerate(stretches[:MOST_SHADES])
+        ]
         return draw_run(
             self.over_time(),
             self.events,
             threshold=self.criteria.threshold,
             settle=self.criteria.settle,
+            shades=shades,
             title=f'{self.report.scenario}: {self.verdict}',
         )
 

@@ -122,13 +122,14 @@ def test_the_control_need_not_be_seen(loop):
 
 
 def test_the_stretches_are_counted_and_the_first_is_named(loop):
-    found = report(without(loop(), 'y', (120, 130), (160, 180)))
+    found = report(without(loop(), 'y', (120, 130), (160, 180), (200, 210)))
     (warning,) = found.evidence.warnings
     assert warning.at == pytest.approx(120.0)
     assert warning.text == (
-        'y was not seen for 30.0 of 160.0 units of model time: from 120.0 to 130.0 and 1 more times'
+        'y was not seen for 40.0 of 160.0 units of model time: from 120.0 to 130.0 and 2 more such '
+        'stretches'
     )
-    assert found.evidence.seen['y'] == pytest.approx(130 / 160)
+    assert found.evidence.seen['y'] == pytest.approx(120 / 160)
 
 
 # What was seen stays ------------------------------------------------------------------------------

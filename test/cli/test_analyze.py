@@ -209,6 +209,49 @@ def test_a_namespace_may_be_chosen(analyze, tmp_path, loop_signals, refused):
     assert 'in namespace /c' in refused('analyze', tmp_path / 'bag', '--namespace', 'c')
 
 
+def test_signals_may_be_named_by_their_topics_and_stamps_chosen(
+    tmp_path, loop_signals, stamped, analyze, refused
+):
+    signals = stamped(loop_signals(w=W, y=[130], u=U))
+    signals['arm/membrane'] = signals.pop('y')
+    write_bag(tmp_path / 'bag', signals, 'exact', scenarios.load('exact').to_yaml())
+    assert 'no sample of y' in refused('analyze', tmp_path / 'bag')
+    topic = ['--topic', 'y:=/arm/membrane']
+    assert analyze(tmp_path / 'bag', *topic)[::2] == (1, '')
+    assert analyze(tmp_path / 'bag', *topic, '--time', 'log')[::2] == (1, '')
+    assert 'has no topic /arm/none' in refused(
+        'analyze', tmp_path / 'bag', '--topic', 'y:=/arm/none'
+    )
+
+
+def test_one_robot_of_two_may_be_judged(tmp_path, loop_signals, stamped, analyze):
+    robots = {'r1': [], 'r2': [130]}
+    text = ''.join(
+        f'/{r}/{n}: {{ros__parameters: {{}}}}\n' for r in robots for n in ('exosystem', 'plant')
+    )
+    signals = {
+        f'{r}/{name}': signal
+        for r, y in robots.items()
+        for name, signal in stamped(loop_signals(w=W, y=y)).items()
+    }
+    write_bag(tmp_path / 'bag', signals, 'robots', text)
+    out = tmp_path / 'out.json'
+    assert analyze(tmp_path / 'bag', '--json', out)[::2] == (1, '')
+    assert [p['verdict'] for p in json.loads(out.read_text())['plants'].values()] == [
+        'rejected', 'not rejected',
+    ]  # fmt: skip
+    for robot, code in (('r1', 0), ('/r2', 1)):
+        assert analyze(tmp_path / 'bag', '--namespace', robot, '--json', out)[::2] == (code, '')
+        assert list(json.loads(out.read_text())['signals']) == ['w', 'y']
+
+
+def test_a_verdict_for_ci_and_a_picture(make_bag, analyze, tmp_path):
+    xml, picture = tmp_path / 'out.xml', tmp_path / 'out.svg'
+    assert analyze(make_bag(w=W, y=[130], u=U), '--junit', xml, '--plot', picture)[0] == 1
+    assert '<failure type="not rejected"' in xml.read_text()
+    assert picture.read_text().count('<svg') == 1
+
+
 # What is refused ----------------------------------------------------------------------------------
 
 
@@ -253,7 +296,7 @@ def test_a_scenario_that_is_not_there(make_bag, refused):
 
 def test_places_that_cannot_be_written(make_bag, refused, tmp_path):
     bag = make_bag(w=W, y=[], u=U)
-    for option in ('--json', '--report'):
+    for option in ('--json', '--report', '--junit'):
         assert 'name another file' in refused('analyze', bag, option, tmp_path)
         assert 'name another file' in refused('analyze', bag, option, tmp_path / 'no' / 'such')
 
