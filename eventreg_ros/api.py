@@ -97,6 +97,7 @@ def simulate(
     delay: float = 0.0,
     loss: float = 0.0,
     jitter: float = 0.0,
+    noise: float = 0.0,
     seed: int = 0,
     on: Collection[str] | None = None,
     at: Sequence[str] = (),
@@ -107,7 +108,9 @@ def simulate(
     400 by default, or 300 after settling if that is longer. The loop is one continuous system, or
     ``sampled``: sample by sample as the nodes do it in lockstep, each link with ``delay`` and
     ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``; ``on`` names the
-    signals whose links are impaired (None: all). ``at`` holds interventions as texts
+    signals whose links are impaired (None: all). White ``noise`` of that standard deviation, drawn
+    from ``seed`` too, is added to every sample of each plant's output: a sampled loop hears it, a
+    continuous one is only judged through it. ``at`` holds interventions as texts
     ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time. Raises
     EventregError when the loop cannot be simulated or the state stops being finite.
 
@@ -122,6 +125,7 @@ def simulate(
         delay=delay,
         loss=loss,
         jitter=jitter,
+        noise=noise,
         seed=seed,
         on=on,
         at=at,

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..api import Run
     from ..scenario import Scenario
 
-IMPAIRMENTS = ('delay', 'loss', 'jitter', 'seed', 'on')
+IMPAIRMENTS = ('delay', 'loss', 'jitter', 'noise', 'seed', 'on')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,8 +52,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='extra delay of each sample, uniform from 0 to J, model time (0); --sampled',
     )  # fmt: skip
     parser.add_argument(
-        '--seed', type=whole(0), metavar='N', help='of loss and jitter (0); --sampled'
-    )
+        '--noise', type=nonnegative, metavar='SD',
+        help="white noise on every sample of a plant's output: its standard deviation (0)",
+    )  # fmt: skip
+    parser.add_argument('--seed', type=whole(0), metavar='N', help='of loss, jitter and noise (0)')
     parser.add_argument(
         '--on', type=_names, metavar='SIGNAL,...',
         help='the signals whose links are impaired (all); --sampled',
@@ -117,9 +119,11 @@ def _check(args: argparse.Namespace) -> dict[str, Any]:
 
     given = {name: getattr(args, name) for name in IMPAIRMENTS}
     given = {name: value for name, value in given.items() if value is not None}
-    if given and not args.sampled:
+    free = {'noise', 'seed'} if 'noise' in given else set()
+    bound = [name for name in given if name not in free]
+    if bound and not args.sampled:
         raise EventregError(
-            f'--{next(iter(given))} needs --sampled: without it the loop is one continuous system '
+            f'--{bound[0]} needs --sampled: without it the loop is one continuous system '
             f'that has no links; add --sampled'
         )
     need_writable(args.json)

@@ -19,6 +19,7 @@ from ..scenario.interventions import read_all, turns
 from ..scenario.links import need_linked
 from ..simulation.continuous import simulate as simulate_continuous
 from ..simulation.impairment import Impairment
+from ..simulation.noise import Noise
 from ..simulation.sampled import simulate_sampled
 from ..simulation.trajectory import Array, Trajectory
 from .judged import Judged
@@ -70,6 +71,7 @@ def simulate(
     delay: float = 0.0,
     loss: float = 0.0,
     jitter: float = 0.0,
+    noise: float = 0.0,
     seed: int = 0,
     on: Collection[str] | None = None,
     at: Sequence[str] = (),
@@ -79,31 +81,37 @@ def simulate(
     The default is 400, or 300 after settling if that is longer. The loop is one continuous system,
     or ``sampled``: sample by sample as the nodes do it in lockstep, each link with ``delay`` and
     ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``; ``on`` names the
-    signals whose links are impaired (None: all). ``at`` holds interventions as texts
+    signals whose links are impaired (None: all). White ``noise`` of that standard deviation, drawn
+    from ``seed`` too, is added to every sample of each plant's output: a sampled loop hears it, a
+    continuous one is only judged through it. ``at`` holds interventions as texts
     ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time. Raises
     EventregError when the loop cannot be simulated or the state stops being finite.
     """
     if duration is None:
         duration = scenario.criteria.duration(400.0)
-    if not sampled and (delay or loss or jitter or seed or on):
+    if not sampled and (delay or loss or jitter or on or (seed and not noise)):
         raise EventregError(
             f'delay, loss, jitter, seed and on belong to a sampled simulation, got '
             f'{delay:g}, {loss:g}, {jitter:g}, {seed} and {on}; add sampled=True'
         )
+    added = Noise(noise, seed, tuple(plant.output for plant in subject_of(scenario).plants))
     asked = read_all(at, scenario)
     changes = tuple(change for change in changes_asked(asked) if change.at <= duration)
     loop, done = scenario.loop, turns(asked, scenario)
     if sampled:
         links = None if on is None else frozenset(on)
         impairment = Impairment(delay, loss, jitter, seed, need_linked(loop, links))
-        found = simulate_sampled(loop, duration, impairment, done)
+        found = simulate_sampled(loop, duration, impairment, done, noise=added)
         return Run(scenario, found.t, found.signals, found, changes)
     time_scale, rate = loop.grid
     every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
     fine = loop.sampled_at(every * rate)
     found = simulate_continuous(fine, duration, turns=done)
     coarse = {name: x[::every] for name, x in found.signals.items()}
-    return Run(scenario, found.t[::every], coarse, found, changes)
+    t = found.t[::every]
+    for name, draws in added.draw(len(t)):
+        coarse[name] = coarse[name] + draws
+    return Run(scenario, t, coarse, Trajectory(t, coarse) if noise else found, changes)
 
 
 def judge(

@@ -30,7 +30,7 @@ class Part(NamedTuple):
     there is none. A link is an entry of ``sources`` that is not NOBODY; links count through all
     blocks, in order. ``observed`` are (signal, place in the state) of what it writes besides.
     ``make`` makes the step of a block that reads its inputs by number; its tuning is of its own
-    kind, see :mod:`.numbered`.
+    kind, see :mod:`.numbered`. A ``noisy`` block finds in its row what is added to what it writes.
     """
 
     model: Model
@@ -38,6 +38,7 @@ class Part(NamedTuple):
     sources: tuple[int, ...]
     observed: tuple[tuple[int, int], ...] = ()
     make: Make | None = None
+    noisy: bool = False
 
 
 class Tuning(NamedTuple):
@@ -192,7 +193,14 @@ def _make_advance(part: Part, first: int, compile: Compile) -> Any:
         tables.samples[row * (tables.steps + 1) + n + 1] = y
         return x
 
-    return _with_observed(compile(advance), part.observed, compile)
+    def advance_noisy(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
+        base, slope = lines(n, tuning.horizon, tables)
+        x, y = move(x, tuning.sign, base, slope, tuning.params, tables.h)
+        tables.samples[row * (tables.steps + 1) + n + 1] += y
+        return x
+
+    chosen = compile(advance_noisy if part.noisy else advance)
+    return _with_observed(chosen, part.observed, compile)
 
 
 def _with_observed(advance: Any, observed: Sequence[tuple[int, int]], compile: Compile) -> Any:

@@ -18,6 +18,7 @@ from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
 from .model_time import count_steps, model_times
+from .noise import SILENCE, Noise
 from .stimulus import Stimulus
 from .trajectory import Array, Trajectory
 from .turns import Condition, Turn
@@ -29,10 +30,11 @@ def simulate_sampled(
     impairment: Impairment = PERFECT,
     turns: Sequence[Turn] = (),
     *,
+    noise: Noise = SILENCE,
     compiled: bool | None = None,
 ) -> Trajectory:
     """Step all blocks of ``loop`` together over ``duration``; see :meth:`SampledLoop.run`."""
-    return SampledLoop(loop).run(duration, impairment, turns, compiled=compiled)
+    return SampledLoop(loop).run(duration, impairment, turns, noise=noise, compiled=compiled)
 
 
 class SampledLoop:
@@ -67,7 +69,7 @@ class SampledLoop:
         """What the kernel of this loop is built for."""
         return self._parts(self._start)
 
-    def _parts(self, blocks: Sequence[Condition]) -> tuple[Part, ...]:
+    def _parts(self, blocks: Sequence[Condition], noise: Noise = SILENCE) -> tuple[Part, ...]:
         row = self._row
         return tuple(
             Part(
@@ -76,6 +78,7 @@ class SampledLoop:
                 tuple(row.get(signal, NOBODY) for signal, _ in each.spec.inputs),
                 tuple((row[signal], i) for signal, i in each.spec.observed.items()),
                 each.make,
+                noise.reaches(each.spec.output),
             )
             for each in blocks
         )
@@ -90,13 +93,15 @@ class SampledLoop:
         impairment: Impairment = PERFECT,
         turns: Sequence[Turn] = (),
         *,
+        noise: Noise = SILENCE,
         compiled: bool | None = None,
     ) -> Trajectory:
         """Return all signals at n * h from 0 to ``duration`` (model time).
 
         Over step n every block uses the samples up to n that its links have received under
         ``impairment``; before the first, an input is 0. A turn at model time T is taken at the
-        sample nearest to it and acts from the step that begins there. ``compiled`` says whether
+        sample nearest to it and acts from the step that begins there. ``noise`` is added to what
+        blocks publish, so that it reaches whoever listens. ``compiled`` says whether
         numba compiles the loop (None: where that pays); same bits. Raises EventregError for a bad
         duration, or when a state stops being finite.
         """
@@ -105,10 +110,12 @@ class SampledLoop:
         have = received(signals, steps, self.h, impairment, self._leads)
         t = model_times(steps, self._time_scale, self._rate)
         table, blocks = self._samples(t), list(self._start)
+        for signal, added in noise.draw(steps + 1):
+            table[self._row[signal]] += added
         for first, last, due in _stretches(turns, steps, self.h):
             for turn in due:
                 self._take(turn, blocks, table, t, first)
-            table = self._advance(blocks, table, have, (first, last), compiled)
+            table = self._advance(blocks, table, have, (first, last), noise, compiled)
         states = [number for each in blocks for number in each.x]
         _check(t, table, states)
         return Trajectory(t, dict(zip(self.signals, table, strict=True)))
@@ -119,12 +126,15 @@ class SampledLoop:
         table: Array,
         have: Received,
         stretch: tuple[int, int],
+        noise: Noise,
         compiled: bool | None,
     ) -> Array:
         """Move ``blocks`` on over a stretch of steps; return the table of samples, filled there."""
         first, last = stretch
         effort = sum(e.spec.numbered.effort(e.spec) if e.spec.numbered else 1.0 for e in blocks)
-        kernel, arrays = choose(self._parts(blocks), round((last - first) * effort), compiled)
+        kernel, arrays = choose(
+            self._parts(blocks, noise), round((last - first) * effort), compiled
+        )
         flat = [each.ravel() for each in (table, *have, np.array(self._leads, np.int64))]
         samples, newest, previous, used, leads = flat if arrays else map(_plain, flat)
         steps = table.shape[1] - 1
