@@ -69,7 +69,7 @@ def test_whole_numbers_are_doubles_and_the_last_override_wins(bench):
         ('tau', 0.0, '> 0'),
         ('tau', math.nan, 'range'),
         ('gain', [1.0], 'length 2'),
-        ('time_scale', 0.0, '>= 1e-09'),
+        ('time_scale', 0.0, 'range'),
         ('x0', [0.0, 0.0], 'inactive'),
         ('rate', 100.0, 'inactive'),
         ('output', 'z', 'unconfigured'),

@@ -41,6 +41,10 @@ def by_hand(loop, steps, impairment):
     have = received([signal for _, signal in loop.links], steps, spec.h, impairment)
     nodes = {name: Block(spec) for name, spec in loop.blocks.items()}
     sent = {node.spec.output: [node.y] for node in nodes.values()}
+    observed = [
+        (signal, node, i) for node in nodes.values() for signal, i in node.spec.observed.items()
+    ]
+    sent |= {signal: [node.x[i]] for signal, node, i in observed}
     for signal, stimulus in loop.stimuli.items():
         sent[signal] = [stimulus(n * spec.time_scale / spec.rate) for n in range(steps + 1)]
     for n in range(steps):
@@ -63,6 +67,7 @@ def by_hand(loop, steps, impairment):
             outputs[node.spec.output] = node.advance(
                 *zip(*lines, strict=True) if lines else ((), ())
             )
+        outputs |= {signal: node.x[i] for signal, node, i in observed}
         for signal, value in outputs.items():
             sent[signal].append(value)
     return sent
