@@ -9,6 +9,7 @@ from std_msgs.msg import Float64, UInt64
 from std_srvs.srv import Trigger
 
 from eventreg_ros import scenario as scenarios
+from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.composed import make
@@ -60,6 +61,30 @@ def test_what_a_controller_learns_is_recorded_sample_by_sample(bench, lockstep, 
     adaptive = ('controller.adapt:=0.04', 'controller.k:=1', 'exosystem.tau:=0.05')
     found = assert_bag_is_simulated(bench, lockstep, tmp_path, 'exact', *adaptive, '/**.rate:=100')
     assert np.ptp(found['u/tau'][1]) > 0.01
+
+
+UNKNOWN = [
+    ('exact', ('controller.k:=1', 'exosystem.tau:=1/20')),
+    ('open', ('controller.k:=1', 'controller.tau:=1/12', 'exosystem.tau:=1/20',
+              'reference.k:=1', 'reference.tau:=1/11')),
+    ('mismatch', ()),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(('name', 'overrides'), UNKNOWN)
+def test_a_generator_that_nobody_knows_is_rejected(bench, lockstep, tmp_path, name, overrides):
+    """400 of model time over DDS; fixed, the first two let events through (test_unknown)."""
+    given = (*overrides, 'controller.adapt:=0.04', '/**.rate:=50')
+    nodes = lockstep(name, *given, seconds=40.0)
+    bench.until(lambda: nodes['recorder'].row > 2000)
+    nodes['recorder'].close()
+    bench.nodes.remove(nodes['recorder'])
+    found = analyze(tmp_path / 'bag', settle=200.0)
+    assert found.report.verdict == 'rejected'
+    (learned,) = found.report.learned
+    assert learned.last == pytest.approx(learned.value, rel=1e-4)
+    truth = simulated(name, *given, seconds=40.0).signals['u/tau']
+    assert found.signals['u/tau'].x.tolist() == truth.tolist()
 
 
 def assert_bag_is_simulated(bench, lockstep, tmp_path, name, *overrides):
