@@ -90,10 +90,10 @@ def add_span(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def warn(findings: Iterable[Finding]) -> None:
-    """Print findings on standard error, one line each."""
+def warn(findings: Iterable[Finding], run: str = '') -> None:
+    """Print findings on standard error, one line each, with the name of the run if given."""
     for finding in findings:
-        print(f'eventreg: {finding.text}', file=sys.stderr)
+        print(f'eventreg: {run}{": " if run else ""}{finding.text}', file=sys.stderr)
 
 
 def nonnegative(text: str) -> float:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import EventregError
 from ..files import need_writable, writing
-from .arguments import add_json, add_window, check_plot, write_json, write_text
+from .arguments import add_json, add_window, check_plot, warn, write_json, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,6 +50,8 @@ def main(args: argparse.Namespace) -> int:
     opened = [open_run(run, args.settle, args.window) for run in args.runs]
     names = distinct([Path(run).resolve().name for run in args.runs])
     found = compare(*opened, names=names, settle=args.settle, window=args.window)
+    for name, run in zip(names, opened, strict=True):
+        warn(run.report.evidence.warnings, name)
     print(table(found), flush=True)
     write_json(args.json, as_json(found))
     if args.report is not None:

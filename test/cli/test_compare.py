@@ -8,6 +8,7 @@ import pytest
 from eventreg_ros import compare, load, simulate
 from eventreg_ros.analysis.comparison_words import as_json, table
 from eventreg_ros.analysis.recorded import analyze
+from eventreg_ros.bags.writer import write_bag
 from eventreg_ros.cli.main import main
 
 W = [110, 150, 190, 230]
@@ -108,3 +109,17 @@ def test_a_picture_is_the_same_every_time(tmp_path):
 )
 def test_bad_input(refused, arguments, words):
     assert words in refused('compare', *arguments)
+
+
+def test_what_was_not_seen_of_a_run_is_said_with_its_name(
+    bags, tmp_path, loop_signals, stamped, capsys
+):
+    signals = loop_signals(w=W, y=[], u=W)
+    t, y = signals['y']
+    signals['y'] = (t[t < 150.0], y[t < 150.0])
+    write_bag(tmp_path / 'torn', stamped(signals), 'exact', load('exact').to_yaml())
+    assert main(['compare', str(bags[0]), str(tmp_path / 'torn')]) == 0
+    printed = capsys.readouterr()
+    assert printed.err.startswith('eventreg: torn: y was not seen for ')
+    assert printed.err.count('\n') == 1
+    assert 'undecided' in printed.out
