@@ -6,7 +6,7 @@ BIN = $(VENV)/bin
 # Nothing here leaves the loopback.
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
-.PHONY: demo test lint bench soak figures picture clean
+.PHONY: demo test lint bench soak docs links figures picture clean
 
 demo: $(VENV)/installed
 	rm -rf build/demo
@@ -27,6 +27,19 @@ bench: $(VENV)/installed
 # An hour of real time: memory and handles of every node must stay flat.
 soak: $(VENV)/installed
 	PYTHONPATH=. $(BIN)/python bench/soak.py
+
+# The site: build/docs/index.html. A dead link inside of it is an error.
+docs: $(VENV)/docs
+	$(BIN)/python -m sphinx -W --keep-going -b html -d build/doctrees docs build/docs
+	@echo 'Open build/docs/index.html'
+
+# The links that lead out of it; needs the network.
+links: $(VENV)/docs
+	$(BIN)/python -m sphinx -q -b linkcheck -d build/doctrees docs build/links
+
+$(VENV)/docs: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	touch $@
 
 # The pictures of docs/gallery.md and docs/delays.md, and the gallery's page; a rerun on one
 # machine changes no byte.

@@ -19,6 +19,7 @@ ROS = [
     'ros-jazzy-common-interfaces==5.3.6' + ROS_WHEELS,
     'ros-jazzy-rmw-fastrtps-cpp==8.4.3' + ROS_WHEELS,
 ]
+DOCS = ['sphinx>=7.3', 'myst-nb>=1.1', 'jupytext>=1.16', 'furo>=2024.1']
 FRAMES = ['pandas>=2.1', 'xarray>=2024.1', 'pyarrow>=14']
 TEST = [
     *FRAMES,
@@ -85,6 +86,7 @@ setup(
         ('share/' + PACKAGE, ['package.xml']),
         ('share/' + PACKAGE + '/config', files('config/*.yaml')),
         ('share/' + PACKAGE + '/launch', files('launch/*.launch.py')),
+        ('share/' + PACKAGE + '/layouts', files('layouts/*')),
         ('lib/' + PACKAGE, files('resource/executables/*')),
     ],
     install_requires=[
@@ -102,6 +104,7 @@ setup(
         'frames': FRAMES,
         'indices': ['SALib>=1.5'],
         'cluster': ['distributed>=2024.1'],
+        'docs': DOCS,
         'test': TEST,
     },
     zip_safe=False,

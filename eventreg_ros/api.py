@@ -66,8 +66,8 @@ def load(scenario: str, *overrides: str | Overrides) -> Scenario:
     """Read a scenario, by the name of a shipped one or by the path of a parameter file.
 
     ``overrides`` are dictionaries {'NODE.PARAM': VALUE}, or texts as they follow -p on a command
-    line, 'NODE.PARAM:=VALUE'; NODE may be '/**'. Raises ScenarioError or ParameterError, one line
-    with the remedy.
+    line, ``NODE.PARAM:=VALUE``; NODE may be ``/**``. Raises ScenarioError or ParameterError, one
+    line with the remedy.
 
     >>> load('exact', {'controller.k': 3}, 'plant.tau:=1/10').nodes['controller']['k']
     3.0

@@ -167,6 +167,7 @@ def test_pip_puts_the_command_alone_on_the_path(prefix, with_prefix):
     done = run(command, 'simulate', 'exact', '--duration', '10', env=with_prefix, cwd='/')
     assert done.returncode == 3, done.stderr
     assert (prefix / 'share/eventreg_ros/launch/loop.launch.py').exists()
+    assert (prefix / 'share/eventreg_ros/layouts/plotjuggler.xml').exists()
 
 
 def test_ros_finds_every_executable_that_pip_installed(with_prefix):

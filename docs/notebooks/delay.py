@@ -38,8 +38,8 @@ for scenario in ('exact', 'mismatch'):
     for hold in ('zero', 'linear'):
         worst = 0.0
         for delay in np.arange(0.0, 1.0, 0.05):
-            setup = load(scenario, f'/**.hold:={hold}')
-            if simulate(setup, sampled=True, delay=delay).verdict != 'rejected':
+            run = simulate(scenario, {'/**.hold': hold}, sampled=True, delay=delay)
+            if run.verdict != 'rejected':
                 break
             worst = delay
         print(f'{scenario:8} {hold:6}: rejected up to a delay of {worst:.2f}')
@@ -54,7 +54,7 @@ for scenario in ('exact', 'mismatch'):
 
 # %%
 for k in (0.7, 1.0, 2.0, 4.0):
-    setup = load('exact', '/**.hold:=zero', f'controller.k:={k}')
+    setup = load('exact', {'/**.hold': 'zero', 'controller.k': k})
     delays = np.arange(0.05, 1.2, 0.05)
     fails = next(d for d in delays if simulate(setup, sampled=True, delay=d).verdict != 'rejected')
     print(f'k = {k:3g}: fails at a delay of {fails:.2f}; 0.8 / k = {0.8 / k:.2f}')
@@ -82,7 +82,7 @@ for signal in ('w', 'y', 'u'):
 for rate in (50.0, 200.0, 1000.0):
     results = []
     for loss in (0.2, 0.5, 0.8, 0.9):
-        run = simulate(load('exact', f'/**.rate:={rate}'), sampled=True, loss=loss, seed=1)
+        run = simulate('exact', {'/**.rate': rate}, sampled=True, loss=loss, seed=1)
         results.append(f'{loss:g} {run.verdict}')
     print(f'{rate:5g} samples per second: loss {", ".join(results)}')
 

@@ -113,7 +113,7 @@ print('intervals:  ', np.round(np.diff(run.events['w']), 3))
 # %%
 for parameter, values in (('tau', (1 / 6, 1 / 12, 1 / 24)), ('k', (1.0, 2.0, 4.0))):
     for value in values:
-        run = simulate(load('uncontrolled', f'exosystem.{parameter}:={value}'), 500.0)
+        run = simulate('uncontrolled', {f'exosystem.{parameter}': value}, 500.0)
         period = np.diff(run.events['w'])[-1]
         print(f'{parameter} = {value:.3f}: period {period:.2f}')
 

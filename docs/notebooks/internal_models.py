@@ -17,7 +17,7 @@
 # ## An exact copy
 
 # %%
-from eventreg_ros import load, simulate
+from eventreg_ros import simulate
 
 exact = simulate('exact')
 print(exact)
@@ -51,8 +51,7 @@ mismatch.plot()
 # %%
 for k in (1.0, 2.0):
     for factor in (0.5, 0.8, 1.0, 1.25, 2.0):
-        other = load('exact', f'controller.k:={k}', f'controller.tau:={factor / 12}')
-        run = simulate(other)
+        run = simulate('exact', {'controller.k': k, 'controller.tau': factor / 12})
         spurious = run.report.rejection.spurious
         print(f'k = {k:g}, tau wrong by {factor:4g}: {run.verdict:12}  {spurious} spurious events')
 
@@ -68,7 +67,7 @@ for k in (1.0, 2.0):
 
 # %%
 for parameter, value in (('k', 3.0), ('k', 1.0), ('tau', 1 / 16), ('tau', 1 / 11)):
-    run = simulate(load('exact', f'controller.{parameter}:={value}'), 600.0)
+    run = simulate('exact', {f'controller.{parameter}': value}, 600.0)
     rest = abs(run['y'][run.t > 400.0]).max()
     print(f'{parameter} = {value:.4f}: |y| after 400 up to {rest:.1e}')
 

@@ -24,7 +24,7 @@
 # %%
 import numpy as np
 
-from eventreg_ros import certificates, load, simulate
+from eventreg_ros import certificates, simulate
 
 run = simulate('linear', 60.0)
 run.plot()
@@ -57,7 +57,7 @@ print(f'measured: {np.log(late / early) / 60.0:.4f}')
 for k_1, k_2 in ((1.0, 0.0), (0.2, 0.0), (4.0, -3.0), (1.0, 0.9), (1.0, 1.1), (-0.5, 0.4)):
     loop = np.array([[-1.0, -k_1, -k_2], [1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     rate = np.linalg.eigvals(loop).real.max()
-    y = simulate(load('linear', f'controller.gain:=[{k_1}, {k_2}]'), 200.0)['y']
+    y = simulate('linear', {'controller.gain': [k_1, k_2]}, 200.0)['y']
     holds = 'holds' if k_1 > -k_2 and k_2 < 1.0 else 'fails'
     print(f'K = ({k_1}, {k_2}): {holds}  rate {rate:+.3f}  |y| at 200: {abs(y[-1]):.1e}')
 
@@ -70,8 +70,7 @@ for k_1, k_2 in ((1.0, 0.0), (0.2, 0.0), (4.0, -3.0), (1.0, 0.9), (1.0, 1.1), (-
 
 # %%
 for k_y in (0.0, 1.0, 10.0, 100.0):
-    proportional = load('linear', 'controller.gain:=[0.0, 0.0]', f'controller.k_y:={k_y}')
-    run = simulate(proportional, 100.0)
+    run = simulate('linear', {'controller.gain': [0.0, 0.0], 'controller.k_y': k_y}, 100.0)
     print(f'k_y = {k_y:5g}: amplitude of y {abs(run["y"][run.t > 80.0]).max():.3f}')
 
 # %% [markdown]

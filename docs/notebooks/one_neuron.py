@@ -29,7 +29,7 @@ run.plot()
 
 # %%
 for k in (0.5, 1.0, 2.0, 8.0, 32.0):
-    run = simulate(load('single_neuron', f'controller.k:={k}'))
+    run = simulate('single_neuron', {'controller.k': k})
     y = abs(run['y'][run.t > 200.0]).max()
     print(f'k = {k:4g}: {run.verdict:12}  |y| up to {y:.2f}')
 

@@ -74,14 +74,14 @@ def _help(name: str, what: str, rows: Iterable[Parameter]) -> str:
 
 
 def _described(parameter: Parameter) -> str:
-    line = f'{parameter.name} = {_shown(parameter.default)}: {parameter.doc} ({parameter.rule})'
+    line = f'{parameter.name} = {shown(parameter.default)}: {parameter.doc} ({parameter.rule})'
     return textwrap.fill(line, 100, initial_indent='  ', subsequent_indent='      ')
 
 
-def _shown(value: object) -> str:
+def shown(value: object) -> str:
     """Return a default as ROS writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list):
-        return f'[{", ".join(map(_shown, value))}]'
+        return f'[{", ".join(map(shown, value))}]'
     return f'{value:g}' if isinstance(value, float) else str(value) or "''"

@@ -20,13 +20,15 @@ from std_msgs.msg import Float64, Header, UInt64
 class Topic:
     """A kind of topic: reliable, ``depth`` samples deep; ``latched`` keeps them for late readers.
 
-    ``name`` is relative; where it holds ``{signal}``, there is one topic per signal.
+    ``name`` is relative; where it holds ``{signal}``, there is one topic per signal. ``meaning`` is
+    for readers: who publishes it, and what is in it.
     """
 
     name: str
     message: type
     depth: int
     latched: bool = False
+    meaning: str = ''
 
     @property
     def type_name(self) -> str:
@@ -45,24 +47,49 @@ class Topic:
         return QoSProfile(depth=self.depth, durability=latched if self.latched else volatile)
 
 
-SIGNAL = Topic('{signal}', Float64, 100)
+SIGNAL = Topic(
+    '{signal}', Float64, 100, meaning='a block or stimulus: its output, a sample per step'
+)
 """Deep enough for half a second at the default rate."""
 
-LOCKSTEP_SIGNAL = Topic('{signal}', Float64, 2000, latched=True)
+LOCKSTEP_SIGNAL = Topic('{signal}', Float64, 2000, latched=True, meaning='the same in lockstep')
 """In lockstep nobody may miss a sample: a reader that comes late still gets it."""
 
 RECORDED_SIGNAL = Topic('{signal}', Float64, 2000)
-COUNT = Topic('spikes/{signal}/count', UInt64, 1, latched=True)
-EVENT = Topic('spikes/{signal}/event', Header, 100)
-VERDICT = Topic('verdict', DiagnosticStatus, 1, latched=True)
-DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 100)
-PARAMETER_EVENTS = Topic('/parameter_events', ParameterEvent, 1000)
-TRANSITION_EVENT = Topic('transition_event', TransitionEvent, 100)
+COUNT = Topic(
+    'spikes/{signal}/count', UInt64, 1, latched=True, meaning='spike_monitor: the events so far'
+)
+EVENT = Topic(
+    'spikes/{signal}/event',
+    Header,
+    100,
+    meaning='spike_monitor: one per event; stamp is the time of the crossing, frame_id the signal',
+)
+VERDICT = Topic(
+    'verdict',
+    DiagnosticStatus,
+    1,
+    latched=True,
+    meaning='spike_monitor, once a second: the verdict so far, its evidence, the margin used',
+)
+DIAGNOSTICS = Topic(
+    '/diagnostics', DiagnosticArray, 100, meaning='every node, once a second: how it is'
+)
+PARAMETER_EVENTS = Topic(
+    '/parameter_events', ParameterEvent, 1000, meaning='every node: which parameters were set'
+)
+TRANSITION_EVENT = Topic(
+    'transition_event', TransitionEvent, 100, meaning='every lifecycle node: its transitions'
+)
 """ROS's own: what every node says of its parameters, and a lifecycle node of its transitions."""
-CLOCK = Topic('/clock', Clock, 10)
+CLOCK = Topic('/clock', Clock, 10, meaning='clock: simulation time')
 
-GRANT = Topic('lockstep/grant', UInt64, 1, latched=True)
-REACHED = Topic('lockstep/reached', Header, 1, latched=True)
+GRANT = Topic(
+    'lockstep/grant', UInt64, 1, latched=True, meaning='clock: the last step that may be made'
+)
+REACHED = Topic(
+    'lockstep/reached', Header, 1, latched=True, meaning='every participant: how far it got'
+)
 ALL_REACHED = Topic('lockstep/reached', Header, 1000, latched=True)
 """What the clock granted, and what the participants reached: one writes, the other reads all."""
 
