@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import stat
 from collections.abc import Iterator
@@ -119,6 +120,23 @@ def _read_metadata(file: Path) -> tuple[Metadata | None, bool]:
     except OSError:
         found = None
     return found, found is None
+
+
+def newest(directory: Path) -> Path:
+    """Return the bag within ``directory`` that was written last, of those that hold a scenario.
+
+    All that eventreg makes do. Raises BagError where there is none.
+    """
+    found = []
+    for sidecar in directory.glob('*/*' + SIDECAR):
+        with contextlib.suppress(OSError):
+            names = [f for f in sidecar.parent.iterdir() if _is_storage(f.name)]
+            found += [(max(f.stat().st_mtime_ns for f in names), sidecar.parent)] if names else []
+    if not found:
+        raise BagError(
+            f'no bag of eventreg run is in {directory.absolute()}; make one, or give its path'
+        )
+    return max(found)[1]
 
 
 # The scenario ------------------------------------------------------------------------------------

@@ -128,7 +128,8 @@ class Choice:
                     if not want.signal.startswith(home):
                         continue
                     want = want._replace(signal=want.signal.removeprefix(home))
-                if not want.field and want.signal not in (w.signal for w in self.wanted):
+                named = {name for w in self.wanted for name in (w.signal, w.topic)}
+                if not want.field and not {want.signal, want.topic} & named:
                     self.wanted.append(want)
 
     # Once all is read ---------------------------------------------------------------------------

@@ -5,21 +5,30 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..analysis.junit import as_junit
 from ..analysis.noise import table as noise_table
 from ..analysis.recorded import Analysis, analyze
-from ..analysis.report_json import as_json
 from ..analysis.report_table import table
 from ..analysis.verdict import Report
-from ..files import need_writable, writing
+from ..bags.files import newest
+from ..errors import EventregError
 from ..scenario.table import TIME_SCALE
-from .arguments import add_json, add_span, add_window, check_plot, warn, write_json, write_text
+from .arguments import add_span, add_window, warn
+from .report_outputs import ReportOutputs, add_report_outputs
+
+if TYPE_CHECKING:
+    from ..plots.report import ReportPage
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``analyze``."""
-    parser.add_argument('bag', metavar='BAG', type=Path, help='a rosbag2 directory, .mcap or .db3')
+    parser.add_argument(
+        'bag', metavar='BAG', type=Path, nargs='?', help='a rosbag2 directory, .mcap or .db3'
+    )
+    parser.add_argument(
+        '--last', action='store_true', help='the newest bag that eventreg made in this directory'
+    )
     parser.add_argument(
         '--scenario', metavar='S', help='the scenario, where the bag does not hold it'
     )
@@ -33,24 +42,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--time', choices=('log', 'publish', 'header'),
         help='the stamps that count (publish, where they are plausible)',
     )  # fmt: skip
-    add_json(parser)
-    parser.add_argument('--junit', type=Path, metavar='F.xml', help='write the verdict for CI')
-    parser.add_argument(
-        '--plot', type=Path, metavar='F', help='draw signals and events: .png .svg .pdf'
-    )
-    parser.add_argument('--report', type=Path, metavar='F.html', help='write a page with plots')
+    add_report_outputs(parser)
     add_window(parser)
     add_span(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Analyse the bag, print the table, and exit by the verdict."""
-    need_writable(args.json)
-    need_writable(args.report)
-    need_writable(args.junit)
-    check_plot(args.plot)
+    outputs = ReportOutputs.of(args)
+    bag = _bag(args)
     analysis = analyze(
-        args.bag,
+        bag,
         args.scenario,
         settle=args.settle if args.start is None else args.start,
         window=args.window,
@@ -70,33 +72,34 @@ def main(args: argparse.Namespace) -> int:
     report = analysis.report
     warn(report.evidence.warnings)
     print(table(report))
-    print(timing_table(report), flush=True)
+    print(timing_table(report, analysis.recording.time), flush=True)
     if noise := noise_table(analysis.signals, analysis.criteria):
         print(noise, flush=True)
-    write_json(args.json, as_json(report))
-    if args.report is not None:
-        from ..plots.report import render, report_page
-
-        write_text(args.report, render(report_page(analysis, args.bag.resolve().name)))
-    if args.junit is not None:
-        write_text(args.junit, as_junit(report))
-    if args.plot is not None:
-        draw(args.plot, analysis)
+    outputs.write(report, lambda: _page(analysis, bag))
     return report.exit_code
 
 
-def draw(path: Path, analysis: Analysis) -> None:
-    """Draw the run and write it to ``path``. Raises EventregError when it cannot."""
-    from ..plots.style import save
-    from ..session.bag import Recorded
+def _bag(args: argparse.Namespace) -> Path:
+    """Return the bag that was asked for. Raises EventregError unless it is one."""
+    if args.last and args.bag is not None:
+        raise EventregError(f'analyze takes a bag or --last, got {args.bag} and --last; drop one')
+    if args.last:
+        bag = newest(Path())
+        print(f'eventreg: analyzing {bag}', file=sys.stderr)
+        return bag
+    if args.bag is None:
+        raise EventregError('analyze needs a bag: give its path, or --last')
+    return Path(args.bag)
 
-    picture = Recorded(analysis).plot()
-    with writing(path) as file:
-        save(picture, file)
+
+def _page(analysis: Analysis, bag: Path) -> ReportPage:
+    from ..plots.report import report_page
+
+    return report_page(analysis, bag.resolve().name)
 
 
-def timing_table(report: Report) -> str:
-    """Return the timing of each signal as a plain table, in milliseconds."""
+def timing_table(report: Report, time: str) -> str:
+    """Return the timing of each signal as a plain table, in milliseconds; ``time``: by which."""
     lines = [f'{"timing":>8} {"rate Hz":>9} {"p50 ms":>8} {"p99 ms":>8} {"max ms":>8} {"gaps":>5}']
     for name, signal in report.signals.items():
         t = signal.timing
@@ -105,4 +108,5 @@ def timing_table(report: Report) -> str:
         periods = (t.period_p50, t.period_p99, t.period_max)
         times = ' '.join(f'{period * 1e3:8.3f}' for period in periods if period is not None)
         lines.append(f'{name:>8} {t.rate:9.2f} {times} {t.gaps:5d}')
+    lines.append(f'by the {time} times of the messages')
     return '\n'.join(lines)

@@ -140,7 +140,7 @@ def write_json(path: Path | None, data: Mapping[str, Any]) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write ``text`` to ``path``. Raises EventregError when it cannot."""
     with writing(path) as file:
-        file.write_text(text, encoding='utf-8')
+        file.write_text(text, encoding='utf-8', errors='replace')
 
 
 def check_plot(path: Path | None) -> None:

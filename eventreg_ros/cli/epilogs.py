@@ -13,6 +13,7 @@ examples:
   eventreg run exact -p controller.k:=3 --bag mine    another gain; the bag is kept in mine
   eventreg run exact --lockstep --duration 40         as fast as it goes, the same every time
   eventreg run exact --at 15:controller:deactivate --at 25:controller:activate
+  eventreg run exact --report page.html               a page with plots
 
 {VERDICTS};
 4: a node died or stopped during the run""",
@@ -28,7 +29,10 @@ examples:
 examples:
   eventreg analyze BAG                                events, rejection, timing, the verdict
   eventreg analyze BAG --report page.html             a page with plots
+  eventreg analyze --last                             the bag of the last run here
   eventreg analyze BAG --scenario exact --settle 200 --json result.json
+  eventreg analyze BAG --topic y:=/arm/joint_states:velocity[2] --time header
+  eventreg analyze BAG --json - | jq .verdict         - is standard output
 
 {VERDICTS}""",
     'compare': """\

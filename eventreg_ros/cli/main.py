@@ -11,6 +11,7 @@ from typing import NoReturn
 from .. import __version__
 from .epilogs import EPILOGS
 from .process import fail, guarded
+from .standard_output import divided
 
 VERBS = {
     'run': 'start the nodes of a scenario, record a bag, analyse it, print the verdict',
@@ -81,6 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
             return fail(f'no command {verb!r}{hint(verb, VERBS)}')
         args = build_parser(verb).parse_args(argv)
-        return int(module(args.verb).main(args))
+        with divided(args):
+            return int(module(args.verb).main(args))
 
     return guarded(work, interruptible=verb != 'node')

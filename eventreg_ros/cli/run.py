@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..analysis.report_json import as_json
 from ..analysis.report_table import table
 from ..files import need_writable
 from ..scenario.interventions import read_all
@@ -13,17 +13,20 @@ from ..session.live import LiveRun, bag_of, check, run, usual_duration
 from . import live_timing
 from .arguments import (
     add_at,
-    add_json,
     add_link,
     add_scenario,
     add_window,
     load_scenario,
     positive,
     warn,
-    write_json,
 )
 from .process import fail
 from .progress import Terminal
+from .report_outputs import ReportOutputs, add_report_outputs
+
+if TYPE_CHECKING:
+    from ..analysis.recorded import Analysis
+    from ..plots.report import ReportPage
 
 BROKEN = 4
 """Exit code when a node died during the run; the verdict's codes are those of the contract."""
@@ -51,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_link(parser)
     add_at(parser, 'S', 'seconds')
-    add_json(parser)
+    add_report_outputs(parser)
     add_window(parser)
 
 
@@ -64,7 +67,7 @@ def main(args: argparse.Namespace) -> int:
     read_all(args.at, scenario)
     home = next(parent for parent in bag.absolute().parents if parent.exists())
     need_writable(home / bag.name)
-    need_writable(args.json)
+    outputs = ReportOutputs.of(args)
     duration = args.duration or usual_duration(scenario, args.settle)
     found = run(
         scenario,
@@ -77,27 +80,34 @@ def main(args: argparse.Namespace) -> int:
         settle=args.settle,
         window=args.window,
     )
-    return show(found, args.json, args.timing)
+    return show(found, outputs, args.timing)
 
 
-def show(found: LiveRun, json: Path | None, timing: bool = False) -> int:
-    """Print what came of the run and return the exit code.
+def show(found: LiveRun, outputs: ReportOutputs, timing: bool = False) -> int:
+    """Print and write what came of the run; return the exit code.
 
     The tables of ``timing`` come as well where a node warned of what can matter to the verdict.
     """
     broken = '; '.join(found.troubles)
-    if found.analysis is None:
+    analysis = found.analysis
+    if analysis is None:
         fail(f'{broken}; {found.unjudged}')
         return BROKEN
-    report = found.analysis.report
+    report = analysis.report
     warn(report.evidence.warnings)
     print(f'bag: {found.bag}')
     print(table(report))
     warnings = found.warnings if timing else live_timing.matters(found.warnings)
     if found.measured and (timing or warnings):
         print(live_timing.tables(found.measured, warnings))
-    write_json(json, as_json(report))
+    outputs.write(report, lambda: _page(analysis, found.bag))
     if broken:
         fail(broken)
         return BROKEN
     return report.exit_code
+
+
+def _page(analysis: Analysis, bag: Path) -> ReportPage:
+    from ..plots.report import report_page
+
+    return report_page(analysis, Path(bag).resolve().name)

@@ -12,7 +12,6 @@ from ..errors import EventregError
 from ..files import need_writable
 from .arguments import (
     add_at,
-    add_json,
     add_scenario,
     add_window,
     load_scenario,
@@ -20,12 +19,13 @@ from .arguments import (
     positive,
     warn,
     whole,
-    write_json,
 )
+from .report_outputs import ReportOutputs, add_report_outputs
 
 if TYPE_CHECKING:
     from ..analysis.verdict import Report
     from ..api import Run
+    from ..plots.report import ReportPage
     from ..scenario import Scenario
 
 IMPAIRMENTS = ('delay', 'loss', 'jitter', 'noise', 'seed', 'on')
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--out', type=Path, metavar='F', help='write the signals: .npz, .csv, .parquet'
     )
     parser.add_argument('--bag', type=Path, metavar='DIR', help='write the signals as a rosbag2')
-    add_json(parser)
+    add_report_outputs(parser)
     add_window(parser)
 
 
@@ -74,7 +74,7 @@ def main(args: argparse.Namespace) -> int:
     from ..analysis.report_table import table
     from ..api import judge, simulate
 
-    impairments = _check(args)
+    outputs, impairments = ReportOutputs.of(args), _check(args)
     scenario = load_scenario(args)
     _ = scenario.rate, scenario.time_scale  # raises unless all nodes, stimulus too, agree
     duration = _duration(args, scenario)
@@ -83,7 +83,8 @@ def main(args: argparse.Namespace) -> int:
     print(table(report), flush=True)
     warn(report.evidence.warnings)
     _tell_rounding(args.delay, scenario)
-    _write(args, run, report)
+    _write(args, run)
+    outputs.write(report, lambda: _page(run, report))
     return report.exit_code
 
 
@@ -126,7 +127,6 @@ def _check(args: argparse.Namespace) -> dict[str, Any]:
             f'--{bound[0]} needs --sampled: without it the loop is one continuous system '
             f'that has no links; add --sampled'
         )
-    need_writable(args.json)
     if args.out is not None:
         check_path(args.out)
         need_writable(args.out)
@@ -135,7 +135,7 @@ def _check(args: argparse.Namespace) -> dict[str, Any]:
     return given
 
 
-def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
+def _write(args: argparse.Namespace, run: Run) -> None:
     if args.out is not None:
         from ..analysis.export import write_signals
 
@@ -148,9 +148,13 @@ def _write(args: argparse.Namespace, run: Run, report: Report) -> None:
         scenario = run.scenario.with_criteria(settle=args.settle, window=args.window)
         signals = {name: (stamps, x) for name, x in run.signals.items()}
         write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
-    from ..analysis.report_json import as_json
 
-    write_json(args.json, as_json(report))
+
+def _page(run: Run, report: Report) -> ReportPage:
+    from ..plots.report import ReportPage
+
+    scenario = run.scenario
+    return ReportPage('simulated', run.over_time(), report, scenario.given, scenario.to_yaml())
 
 
 def _names(text: str) -> list[str]:

@@ -8,6 +8,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..analysis.signal import Signals, family, with_events
+from ..analysis.verdict import Report
 from .decimate import broken, min_max_decimate
 from .style import (
     DASHED,
@@ -27,8 +28,14 @@ from .style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
 
-WIDTH, PANEL, ROW, REST = 6.8, 1.25, 0.17, 0.75
-"""Inches: the picture, a panel, a row of events, and legend, labels and axis together."""
+WIDTH, COLUMN, PANEL, ROW, REST = 6.8, 3.4, 1.25, 0.17, 0.75
+"""Inches: the picture, a paper's column, a panel, a row of events, and all else together."""
+
+MOST_SHADES = 200
+"""Stretches of one signal that are shaded, at most."""
+
+KEY = 0.65
+"""Inches that an entry of the legend takes."""
 
 DPI = 120
 """Of the picture that a notebook shows."""
@@ -45,6 +52,26 @@ class Shade(NamedTuple):
     words: str
 
 
+def draw_report(signals: Signals, report: Report, width: float = WIDTH) -> Figure:
+    """Return the picture of a run that was judged; what was not seen of it is shaded.
+
+    ``width`` in inches; in a paper's column the caption is the title.
+    """
+    return draw_run(
+        signals,
+        {name: signal.events for name, signal in report.signals.items()},
+        threshold=report.subject.criteria.threshold,
+        settle=report.settle,
+        shades=[
+            Shade(start, stop, '' if i else f'{name} unseen')
+            for name, stretches in report.evidence.unseen.items()
+            for i, (start, stop) in enumerate(stretches[:MOST_SHADES])
+        ],
+        title=f'{report.scenario}: {report.verdict}' if width > COLUMN else '',
+        width=width,
+    )
+
+
 def draw_run(
     signals: Signals,
     events: Mapping[str, Sequence[float]],
@@ -53,6 +80,7 @@ def draw_run(
     settle: float = 0.0,
     shades: Sequence[Shade] = (),
     title: str = '',
+    width: float = WIDTH,
 ) -> Figure:
     """Return a matplotlib figure that a notebook shows and ``savefig`` writes.
 
@@ -63,7 +91,7 @@ def draw_run(
     panels = _panels(names)
     heights = [PANEL] * len(panels) + [0.1 + ROW * len(names)]
     with style():
-        figure: Figure = _picture()(figsize=(WIDTH, sum(heights) + REST))
+        figure: Figure = _picture()(figsize=(width, sum(heights) + REST))
         axes = figure.subplots(
             len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
         )[:, 0]  # fmt: skip
@@ -129,9 +157,11 @@ def _finish(
     keys = {label: handle for ax in axes[:-1]
             for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}  # fmt: skip
     labels = sorted(keys, key=('threshold', 'settling').__contains__)  # after the signals
+    columns = min(len(labels), max(int(figure.get_figwidth() / KEY), 1))
     figure.legend(
-        [keys[label] for label in labels], labels, loc='outside upper right', ncols=len(labels)
-    )
+        [keys[label] for label in labels], labels, loc='outside upper right', ncols=columns,
+        handlelength=1.6, columnspacing=1.2,
+    )  # fmt: skip
 
 
 @cache

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from ..plots.run_plot import Figure
 
 
-MOST_SHADES = 200
-"""Stretches of one signal that are shaded, at most."""
-
 
 class Judged:
     """A run that has been judged. A subclass gives ``report``, ``over_time`` and ``criteria``."""
@@ -60,21 +57,9 @@ class Judged:
         Where a signal that decides the verdict was not seen, it is shaded.
         ``run.plot().savefig('run.pdf')`` writes it.
         """
-        from ..plots.run_plot import Shade, draw_run
+        from ..plots.run_plot import draw_report
 
-        shades = [
-            Shade(start, stop, '' if i else f'{name} unseen')
-            for name, stretches in self.report.evidence.unseen.items()
-            for i, (start, stop) in enumerate(stretches[:MOST_SHADES])
-        ]
-        return draw_run(
-            self.over_time(),
-            self.events,
-            threshold=self.criteria.threshold,
-            settle=self.criteria.settle,
-            shades=shades,
-            title=f'{self.report.scenario}: {self.verdict}',
-        )
+        return draw_report(self.over_time(), self.report)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the signals as a pandas DataFrame over t; see :func:`.export.to_dataframe`."""

@@ -3,6 +3,7 @@
 import pytest
 
 from eventreg_ros.cli import live_timing
+from eventreg_ros.cli.report_outputs import ReportOutputs
 from eventreg_ros.cli.run import show
 from eventreg_ros.runtime.figures import LATE, Percentiles, TickFigures
 from eventreg_ros.session.live import LiveRun
@@ -38,7 +39,7 @@ def test_the_tables_come_when_asked_for_or_when_they_matter(
     found = LiveRun(
         analysis.scenario, 'bag', analysis, measured=measured, warnings={'plant': [warning]}
     )
-    show(found, None, timing)
+    show(found, ReportOutputs(), timing)
     out = capsys.readouterr().out
     assert ('late p50' in out) == shown
     assert (warning in out) == shown

@@ -34,7 +34,7 @@ def test_help_names_every_verb(capsys):
     ('arguments', 'words'),
     [
         (['nonsense'], "no command 'nonsense'"),
-        (['analyze'], 'required: BAG; see eventreg analyze --help'),
+        (['analyze'], 'analyze needs a bag: give its path, or --last'),
         (['analyze', 'bag', '--nonsense'], 'unrecognized arguments: --nonsense'),
         (['analyze', 'bag', '--sett', '1'], 'unrecognized arguments: --sett 1'),
         (['analyze', 'bag', '--settle', 'soon'], "a finite number >= 0, got 'soon'"),
