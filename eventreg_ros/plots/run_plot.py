@@ -11,6 +11,7 @@ from ..analysis.signal import Signals, family, with_events
 from ..analysis.verdict import Report
 from .decimate import broken, min_max_decimate
 from .style import (
+    DASHDOT,
     DASHED,
     GREY,
     LABELS,
@@ -53,9 +54,10 @@ class Shade(NamedTuple):
 
 
 def draw_report(signals: Signals, report: Report, width: float = WIDTH) -> Figure:
-    """Return the picture of a run that was judged; what was not seen of it is shaded.
+    """Return the picture of a run that was judged.
 
-    ``width`` in inches; in a paper's column the caption is the title.
+    What was not seen is shaded, and what was changed on the way is a vertical line. ``width`` in
+    inches; in a paper's column the caption is the title.
     """
     return draw_run(
         signals,
@@ -67,6 +69,7 @@ def draw_report(signals: Signals, report: Report, width: float = WIDTH) -> Figur
             for name, stretches in report.evidence.unseen.items()
             for i, (start, stop) in enumerate(stretches[:MOST_SHADES])
         ],
+        marks=sorted({change.at for change in report.changes}),
         title=f'{report.scenario}: {report.verdict}' if width > COLUMN else '',
         width=width,
     )
@@ -79,13 +82,15 @@ def draw_run(
     threshold: float,
     settle: float = 0.0,
     shades: Sequence[Shade] = (),
+    marks: Sequence[float] = (),
     title: str = '',
     width: float = WIDTH,
 ) -> Figure:
     """Return a matplotlib figure that a notebook shows and ``savefig`` writes.
 
     The panels share one scale, that of the threshold too: what does not spike looks small. Before
-    ``settle`` (model time) events do not count, and the picture is shaded.
+    ``settle`` (model time) events do not count, and the picture is shaded. At ``marks`` (model
+    time) something was changed.
     """
     names = with_events(name for name, signal in signals.items() if len(signal.t))
     panels = _panels(names)
@@ -98,6 +103,9 @@ def draw_run(
         for ax, shown in zip(axes, panels, strict=False):
             _draw_panel(ax, shown, signals, threshold)
         mark_events(axes[-1], [(_label(n), _look(n), events.get(n, ())) for n in names])
+        for ax in axes:
+            for t in marks:
+                ax.axvline(t, color=GREY, linewidth=0.8, linestyle=DASHDOT, label='change')
         _finish(figure, list(axes), signals, settle, shades)
         if title:
             figure.suptitle(title, x=0.01, ha='left')
@@ -156,7 +164,7 @@ def _finish(
     axes[-1].set_xlabel(TIME)
     keys = {label: handle for ax in axes[:-1]
             for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}  # fmt: skip
-    labels = sorted(keys, key=('threshold', 'settling').__contains__)  # after the signals
+    labels = sorted(keys, key=('threshold', 'change', 'settling').__contains__)  # after the signals
     columns = min(len(labels), max(int(figure.get_figwidth() / KEY), 1))
     figure.legend(
         [keys[label] for label in labels], labels, loc='outside upper right', ncols=columns,

@@ -54,7 +54,16 @@ def test_what_was_not_seen_is_shaded(tmp_path, loop_signals, stamped):
     for ax in figure.axes:
         spans = [patch.get_bbox().intervalx for patch in ax.patches]
         np.testing.assert_allclose(spans, [[0.0, 100.0], [119.8, 140.2]], atol=1e-9)
-    assert [text.get_text() for text in figure.axes[0].texts] == ['unseen']
+    assert [text.get_text() for text in figure.axes[0].texts] == ['y unseen']
+
+
+def test_what_was_changed_is_a_line():
+    from eventreg_ros import simulate
+
+    run = simulate('exact', 20.0, at=['5:controller.k:=3', '5:plant.k:=2', '12:controller.k:=2'])
+    for ax in run.plot().axes:
+        marks = [line.get_xdata()[0] for line in ax.lines if line.get_label() == 'change']
+        assert marks == [5.0, 12.0]
 
 
 # Which bag, and what of it -----------------------------------------------------------------------

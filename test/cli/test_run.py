@@ -34,18 +34,20 @@ def gone(pid):
 def test_the_verdict_over_real_topics_is_that_of_the_paper(
     run, children, tmp_path, scenario, code, spurious
 ):
-    process = run(scenario, *SHORT, '--bag', 'bag', '--json', 'report.json')
+    process = run(scenario, *SHORT, '--bag', 'bag', '--json', '-', '--report', 'page.html')
     out, err = process.communicate(timeout=80)
     assert process.returncode == code, err
-    report = json.loads((tmp_path / 'report.json').read_text())
+    report = json.loads(out)
     assert report['rejection']['disturbance_events'] == 3
     assert report['rejection']['spurious'] == spurious
     assert report['scenario'] == scenario
     assert report['signals']['w']['events'][:4] == pytest.approx(
         [34.1671, 71.7138, 109.2605, 146.8072], abs=0.3
     )  # truth/trajectories.json; a sample is 0.05 of model time
-    assert f'verdict: {report["verdict"]}' in out
-    assert err == ''
+    page = (tmp_path / 'page.html').read_text(encoding='utf-8')
+    assert f'<title>{scenario}: {report["verdict"]}</title>' in page
+    assert f'verdict: {report["verdict"]}\n' in err
+    assert 'eventreg:' not in err
     assert not children(process)
 
 
