@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..plots.run_plot import Figure
 
 
-
 class Judged:
     """A run that has been judged. A subclass gives ``report``, ``over_time`` and ``criteria``."""
 
