@@ -41,10 +41,11 @@ def install() -> str:
     """Return the README's sections on installing."""
     readme = (Path(__file__).resolve().parent.parent / 'README.md').read_text(encoding='utf-8')
     start, stop = (readme.index(f'## {heading}') for heading in INSTALLING)
-    return f'# Installing\n\n{readme[start:stop]}'
+    text = readme[start:stop].replace('(#watching-and-steering-a-run)', '(../watch.md)')
+    return f'# Installing\n\n{text}'
 
 
-INSTALLING = ('On a bare machine', 'Nodes')
+INSTALLING = ('On a bare machine', 'Watching and steering a run')
 """The README's heading where installing begins, and the one before which it ends."""
 
 
