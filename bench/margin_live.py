@@ -21,7 +21,6 @@ from eventreg_ros import scenario as scenarios
 from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.robustness.evaluator import Evaluator, Setting
 from eventreg_ros.robustness.margins import KINDS, limit
-from eventreg_ros.scenario.links import with_links
 from eventreg_ros.session.session import Session
 
 SECONDS, SETTLE = 17.0, 40.0
@@ -43,7 +42,7 @@ def offline(name: str, kind: str) -> float:
 def live(name: str, kind: str, value: float) -> str:
     """Return the verdict of a run with links on w, u and y; ``value`` in seconds or a part."""
     links = [f'{signal}:{kind}={value}' for signal in 'wuy']
-    scenario = with_links(scenarios.load(name, ['/**.hold:=zero']), links)
+    scenario = scenarios.load(name, ['/**.hold:=zero']).with_links(links)
     with tempfile.TemporaryDirectory() as scratch, own_environment():
         bag = Path(scratch) / 'bag'
         with redirect_stdout(StringIO()):

@@ -1,9 +1,10 @@
 """What is asked: the table of parameters, YAML, the scenario and what may be made of one."""
 
+from .blocks import block_spec
 from .criteria import Criteria
 from .files import config_directory, find, shipped
 from .reader import Override, load, parse, with_file, with_overrides
-from .scenario import Scenario, block_spec
+from .scenario import Scenario
 
 __all__ = [
     'Criteria',

@@ -11,11 +11,12 @@ from ..errors import ParameterError, ScenarioError
 from ..simulation.block import BlockSpec
 from ..simulation.stimulus import Stimulus
 from ..simulation.turns import Action, Turn
+from .blocks import block_spec
 from .hint import hint
 from .parameter import ACTIVE
 from .parameters import completed, parameters_of
 from .reader import typed
-from .scenario import Scenario, block_spec
+from .scenario import Scenario
 
 _SWITCH = re.compile(r'([^:]+):([^:.\s]+):(activate|deactivate)')
 _SET = re.compile(r'([^:]+):([^:.\s]+)\.([^:\s]+):=(.*)', re.DOTALL)

@@ -6,18 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..control.adaptive import GAIN, adaptive
-from ..control.prediction import Prediction
 from ..errors import EventregError, ScenarioError
-from ..models.catalogue import model_of
-from ..models.limited import limited
-from ..models.neuron import NeuronParams
 from ..models.roles import ROLES
 from ..simulation.block import BlockSpec
 from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps
 from ..simulation.stimulus import Stimulus
 from . import ros_yaml
+from .blocks import block_spec, signs_of
 from .criteria import Criteria
 from .links import LinkSpec, link_name
 from .names import NodeName, full_name, split
@@ -357,47 +353,3 @@ class Scenario:
                     if self.signal(node, name) in self.publishers
                 ]
         return values
-
-
-def block_spec(node: str, values: Values) -> BlockSpec:
-    """Build the block of ``node`` from its resolved parameters; signals get its namespace."""
-    name = split(node)
-    model = model_of(name.kind, values['model'])
-    x0 = tuple(values['x0'])
-    if model.learns is not None and values.get(GAIN):
-        model = adaptive(model)
-        x0 += tuple(values[parameter] for parameter in model.learned)
-    if values['output_limit']:
-        model = limited(model, values['output_limit'])
-    numbered = None
-    if values.get('predict'):
-        plant = NeuronParams(values['plant_k'], values['plant_tau'])
-        numbered = Prediction(plant, values['input_timeout'] * values['time_scale'])
-    return BlockSpec(
-        name=node,
-        role=name.kind,
-        model=model,
-        params=model.params(values),
-        x0=x0,
-        inputs=tuple(
-            (full_name(name.namespace, signal), sign) for signal, sign in signs_of(values)
-        ),
-        output=full_name(name.namespace, values['output']),
-        rate=values['rate'],
-        time_scale=values['time_scale'],
-        hold=values['hold'],
-        lead=values['lead'],
-        numbered=numbered,
-    )
-
-
-def signs_of(values: Values) -> tuple[tuple[str, float], ...]:
-    """Return the inputs of a block with their signs, in the order in which they are summed.
-
-    A controller that predicts hears the plant's output and the plant's measured inputs; the replica
-    that it has takes the place of the reference.
-    """
-    keys = {'excitatory': 1.0, 'inhibitory': -1.0}
-    if values.get('predict'):
-        keys = {'excitatory': 1.0, 'plant_inputs': 1.0}
-    return tuple((signal, sign) for key, sign in keys.items() for signal in values.get(key, ()))
