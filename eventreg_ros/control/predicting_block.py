@@ -33,7 +33,7 @@ class PredictingBlock:
 
     def start(self, n: int) -> None:
         """Begin at step ``n`` from x0, with nothing heard and nothing published."""
-        tuning = self._tuned()
+        self._n, tuning = n, self._tuned()
         self.x, self.y = self._numbered.begin(self.spec, n)
         size = 2 * tuning.lead + tuning.patience + SPARE
         self._past = _Past(len(self.spec.inputs), size, n)
@@ -52,8 +52,8 @@ class PredictingBlock:
         self._tuning = tuning
         return tuning
 
-    def retune(self, spec: BlockSpec, n: int) -> None:
-        """Take over other parameters, and go on from the present state at step ``n``.
+    def retune(self, spec: BlockSpec) -> None:
+        """Take over other parameters, and go on from the present state.
 
         Another length of a step, or another lead, makes all that is remembered worthless: it begins
         anew, but with what it has learned.
@@ -62,7 +62,7 @@ class PredictingBlock:
         self.x, self.spec = retuned(self.x, self.spec, spec), spec
         after = self._tuned()
         if (before.lead, before.coarse) != (after.lead, after.coarse):
-            self.restart(n)
+            self.restart(self._n)
 
     def restart(self, n: int) -> None:
         """Begin anew with the sample after ``n``, but with what was learned."""
@@ -95,6 +95,7 @@ class PredictingBlock:
         """Take the step from ``n`` with what was heard since the last one; return sample n + 1."""
         for sample in heard:
             self._past.hear(sample)
+        self._n = n + 1
         self.x, self.y = self._advance(n, self.x, self._tuning, self.spec.h, self._past)
         self._past.keep(n + 1, self.y)
         return self.y

@@ -9,14 +9,18 @@ from typing import Any
 from rclpy.parameter import Parameter
 
 from ..control.adaptive import GAIN, LARGEST, paused
+from ..control.predicting_block import PredictingBlock
 from ..runtime.cdr import packed
 from ..scenario import block_spec
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
-from .managed import OK, WARN, FaultError, Status
-from .pace import Lines
+from .arrivals import SequencedArrivals, StampedArrivals
+from .managed import OK, WARN, Status
+from .pace import Inputs, Lines, Tick
 from .signal import SignalNode
 from .topics import signal_topic
+
+RESTARTED = 'a pause, or a clock set anew: observer and prediction begin anew'
 
 
 class BlockNode(SignalNode):
@@ -26,7 +30,9 @@ class BlockNode(SignalNode):
     when the node stops: so it goes on from there, and starts from there when it is activated again.
     """
 
-    block: Block | None = None
+    block: Block | PredictingBlock | None = None
+    _origin = 0
+    """The instant of the grid at which the block's step 0 was."""
 
     def __init__(self, kind: str, **kwargs: Any) -> None:
         super().__init__(kind, **kwargs)
@@ -40,12 +46,7 @@ class BlockNode(SignalNode):
         return block_spec(self.label, self.values)
 
     def open(self) -> None:
-        """Create publishers and subscriptions. Raises FaultError where it is to predict."""
-        if self.spec.numbered is not None:
-            raise FaultError(
-                f'{self.label}.predict: nodes do not predict yet; set it to false, or use '
-                'eventreg simulate --sampled'
-            )
+        """Create publishers and subscriptions."""
         super().open()
         self.stack.callback(self.observed.clear)
         self._open_observed()
@@ -60,9 +61,18 @@ class BlockNode(SignalNode):
                 if self.stage == ACTIVE and not lockstep:
                     self.observed[name].on_activate(None)
 
+    def _make_inputs(self) -> Inputs:
+        if self.spec.numbered is None:
+            return super()._make_inputs()
+        schedules = self._schedules()
+        if self.values['lockstep']:
+            return SequencedArrivals(schedules)
+        return StampedArrivals(tuple(schedules), self)
+
     def begin(self) -> None:
         """Start from x0."""
-        self._tune(Block(self.spec))
+        spec = self.spec
+        self._tune(Block(spec) if spec.numbered is None else PredictingBlock(spec))
         self.stack.callback(self._keep_learned)
         super().begin()
 
@@ -76,21 +86,38 @@ class BlockNode(SignalNode):
             self.block.retune(self.spec)
             self._tune(self.block)
 
-    def _tune(self, block: Block) -> None:
+    def _tune(self, block: Block | PredictingBlock) -> None:
         self.block, spec = block, block.spec
         self._moving, self._paused = spec.params, paused(spec.model, spec.params)
 
     def initial(self) -> float:
         """Return the output of the initial state."""
         assert self.block is not None
+        if isinstance(self.block, PredictingBlock) and self.n >= 0:
+            self.block.start(self.n + 1)  # switched on again in lockstep: numbers go on
         return self.block.y
 
     def step(self, n: int, lines: Lines) -> float:
         """Take one step of the block; while an input is silent it learns nothing."""
-        assert self.block is not None
+        assert isinstance(self.block, Block)
         self.block.params = self._paused if self.inputs.quiet else self._moving
         y = self.block.advance(lines.base, lines.slope)
         return y if math.isfinite(sum(self.block.x)) else math.nan
+
+    def _next(self, tick: Tick) -> float:
+        block = self.block
+        if not isinstance(block, PredictingBlock):
+            return super()._next(tick)
+        assert isinstance(self.inputs, StampedArrivals | SequencedArrivals)
+        origin = round(tick.start / tick.period) - tick.n
+        if origin != self._origin and tick.n > 0:
+            block.restart(tick.n)
+            self.get_logger().warning(RESTARTED)
+        self._origin = origin
+        heard = self.inputs.heard(tick)
+        block.params = self._paused if self.inputs.quiet else self._moving
+        y = block.advance(tick.n, heard)
+        return y if math.isfinite(sum(block.x)) else math.nan
 
     def put(self, value: float) -> None:
         """Publish the output, and then what goes with it, numbered alike."""

@@ -10,6 +10,7 @@ import time
 from dataclasses import fields
 from typing import Any
 
+from ..runtime.cdr import age_of, with_age
 from ..runtime.relay import Impairment, Relay
 from ..runtime.tick_grid import SECOND
 from .info import received_at
@@ -25,7 +26,8 @@ class LinkNode(ManagedNode):
     """Relays ``input`` to ``output`` through a :class:`.wire.Wire`, without unpacking the samples.
 
     Delays count from a sample's arrival and pass in real time, under simulation time too. What is
-    sent gets a new source time stamp, as every message does.
+    sent gets a new source time stamp, as every message does; how old the sample is by then goes
+    with it (:func:`..runtime.cdr.with_age`).
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -54,21 +56,26 @@ class LinkNode(ManagedNode):
         # Links with the same seed are not to drop the same samples.
         self._seed = self.values['seed']
         topic = self.resolve_topic_name(self.values['input'])
-        self.wire: Relay[bytes] = Relay(impairment(self.values), f'{self._seed} {topic}')
+        self.wire: Relay[tuple[int, bytes]] = Relay(
+            impairment(self.values), f'{self._seed} {topic}'
+        )
         self._delays: list[int] = []
         self._errors: list[int] = []
 
     def _receive(self, data: bytes, info: dict[str, Any]) -> None:
         if self.stage != 'active':
             return
-        waited = max(0, time.time_ns() - received_at(info))
-        self.wire.push(time.monotonic_ns() - waited, data)
+        arrived = received_at(info)
+        waited = max(0, time.time_ns() - arrived)
+        made = min(info['source_timestamp'], arrived) - age_of(data)
+        self.wire.push(time.monotonic_ns() - waited, (made, data))
         self._deliver()
 
     def _deliver(self) -> None:
         """Send what is due, and set the timer to when the next sample is."""
         for departure in self.wire.pop(time.monotonic_ns()):
-            self.send(self.publisher, departure.item)
+            made, data = departure.item
+            self.send(self.publisher, with_age(data, time.time_ns() - made))
             now = time.monotonic_ns()
             self._delays.append(now - departure.entered)
             self._errors.append(now - departure.due)

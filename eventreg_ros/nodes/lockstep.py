@@ -136,8 +136,7 @@ class Lockstep:
 
     def missing(self) -> list[str]:
         """Return the samples that the next step waits for."""
-        n = max(self.n, 0)
-        return [f'sample {n} of {what}' for what in self._inputs.missing(n)]
+        return self._inputs.missing(max(self.n, 0))
 
     def go(self) -> None:
         """Take every step that is granted and whose samples are there."""

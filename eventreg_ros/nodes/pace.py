@@ -72,6 +72,9 @@ class Pace(Protocol):
 class Inputs(Protocol):
     """The samples of all inputs of a node, in order."""
 
+    signals: tuple[str, ...]
+    """Their names."""
+
     horizon: float
     """Steps over which a line is drawn onwards."""
 
@@ -85,7 +88,7 @@ class Inputs(Protocol):
         """Say whether all is there for the step from sample ``n`` on."""
 
     def missing(self, n: int) -> list[str]:
-        """Return what is not there for that step, in words."""
+        """Return the samples that are not there for that step, in words."""
 
     def over(self, tick: Tick) -> Lines:
         """Return the lines of all inputs over a step."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from ..runtime.cdr import unpacked
 from ..runtime.sequenced_input import SequencedInput
@@ -13,17 +13,24 @@ from .managed import OK, Status
 from .pace import Lines, Tick
 
 
+class Schedule(NamedTuple):
+    """When the samples of an input come and when they are played, in steps after they were made."""
+
+    delay: int = 0
+    lead: int = 0
+
+
 class SequencedInputs:
-    """All inputs of a node; ``signals`` are their names, in the order in which they are summed.
+    """All inputs of a node, by their names in the order in which they are summed.
 
     ``horizon`` is that of a line, in steps.
     """
 
-    def __init__(self, signals: tuple[str, ...]) -> None:
-        self.signals = signals
+    def __init__(self, signals: Mapping[str, Schedule]) -> None:
+        self.signals = tuple(signals)
         self.horizon = 0.0
         self.quiet: list[str] = []  # nobody falls silent here: a step waits
-        self.samples = [SequencedInput() for _ in signals]
+        self.samples = [SequencedInput(*schedule) for schedule in signals.values()]
 
     def receiver(self, i: int, go: Callable[[], None]) -> InfoCallback:
         """Return the callback of input ``i``; a step may have waited for its sample."""
@@ -36,16 +43,17 @@ class SequencedInputs:
         return receive
 
     def ready(self, n: int) -> bool:
-        """Say whether sample ``n`` of every input has come."""
+        """Say whether all samples have come that step ``n`` uses."""
         for samples in self.samples:  # noqa: SIM110 (all() takes twice as long)
-            if samples.received <= n:
+            if samples.received <= n - samples.late:
                 return False
         return True
 
     def missing(self, n: int) -> list[str]:
-        """Return the inputs whose sample ``n`` has not come, and what is wrong with them."""
+        """Return the samples that step ``n`` waits for, and what is wrong with them."""
         return [
-            f'input {signal}' + (f' ({samples.flaw})' if samples.flaw else '')
+            f'sample {n - samples.late} of input {signal}'
+            + (f' ({samples.flaw})' if samples.flaw else '')
             for signal, samples in zip(self.signals, self.samples, strict=True)
             if not samples.has(n)
         ]

@@ -6,13 +6,17 @@ import math
 from collections.abc import Callable
 
 from ..runtime.cdr import packed
+from ..scenario.inputs import delays_of, signs_of
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
+from ..simulation.block import leads_of
 from ..simulation.hold import horizon_in_steps
+from ..simulation.model_time import steps_of
+from .lead import Lead
 from .lockstep import Lockstep, Participant
 from .managed import OK, WARN, FaultError, ManagedNode, Status
 from .pace import Inputs, Lines, Pace, Tick
 from .realtime import RealTime, Timing
-from .sequenced import SequencedInputs
+from .sequenced import Schedule, SequencedInputs
 from .stamped import DelayMargin, StampedInputs
 from .topics import signal_topic
 
@@ -45,10 +49,7 @@ class SignalNode(ManagedNode):
     @property
     def signs(self) -> tuple[tuple[str, float], ...]:
         """The inputs with their signs, in the order in which they are summed."""
-        return (
-            *((signal, 1.0) for signal in self.values.get('excitatory', ())),
-            *((signal, -1.0) for signal in self.values.get('inhibitory', ())),
-        )
+        return signs_of(self.values)
 
     @property
     def h(self) -> float:
@@ -66,17 +67,34 @@ class SignalNode(ManagedNode):
         lockstep = self.values['lockstep']
         topic = signal_topic(lockstep)
         self.publisher = self.advertise(topic, self.values['output'], always=lockstep)
-        signals = tuple(signal for signal, _ in self.signs)
-        self.inputs = self._make_inputs(signals)
+        self.inputs = self._make_inputs()
         # Nobody need be woken by a sample: in real time it is used at the next tick. In simulation
         # time it counts from its arrival, and in lockstep a step may wait for it.
         polled = not (lockstep or self.in_simulation_time)
-        for i, signal in enumerate(signals):
+        for i, signal in enumerate(self.inputs.signals):
             self.subscribe(topic, signal, self.inputs.receiver(i, self._go), polled=polled)
 
-    def _make_inputs(self, signals: tuple[str, ...]) -> Inputs:
-        lockstep = self.values['lockstep']
-        return SequencedInputs(signals) if lockstep else StampedInputs(signals, self)
+    @property
+    def lead(self) -> Lead:
+        """By how much u is ahead of its stamps; 0 for a node that it does not concern."""
+        given, h = self.values.get('lead', 0.0), self.h
+        return Lead(steps_of(given, h), h, self.values['time_scale'])
+
+    def _schedules(self) -> dict[str, Schedule]:
+        """Return when the samples of each input come (in lockstep) and when they are played."""
+        delays = delays_of(self.values)
+        leads = leads_of(self.kind, self.signs, self.lead.steps)
+        return {
+            signal: Schedule(steps_of(delays.get(signal, 0.0), self.h), lead)
+            for (signal, _), lead in zip(self.signs, leads, strict=True)
+        }
+
+    def _make_inputs(self) -> Inputs:
+        schedules = self._schedules()
+        if self.values['lockstep']:
+            return SequencedInputs(schedules)
+        waiting = [signal for signal, schedule in schedules.items() if schedule.lead]
+        return StampedInputs(tuple(schedules), self, waiting)
 
     def _tune_inputs(self) -> None:
         """Hand on the parameters that the inputs need."""
@@ -87,6 +105,7 @@ class SignalNode(ManagedNode):
         if isinstance(inputs, StampedInputs):
             inputs.timeout = values['input_timeout']
             inputs.limit(values['input_limit'])
+            inputs.play_after(self.lead)
             own = 'delay_margin' if values['hold'] == 'linear' else 'delay_margin_zero'
             margin, warn = values[own], values['delay_warn']
             inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
@@ -143,12 +162,15 @@ class SignalNode(ManagedNode):
             value = 0.0 if self.off else self._sound(self.initial())
             self.starting = False
             return value
-        value = self._sound(self.step(tick.n, self.inputs.over(tick)))
+        value = self._sound(self._next(tick))
         limit = self.values.get('output_limit')
         if limit and not -limit < value < limit:
             self.cut_off += 1
             return float(min(max(value, -limit), limit))
         return value
+
+    def _next(self, tick: Tick) -> float:
+        return self.step(tick.n, self.inputs.over(tick))
 
     def put(self, value: float) -> None:
         """Publish ``value``."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any, NamedTuple
 
-from ..runtime.cdr import unpacked
+from ..runtime.cdr import age_of, unpacked
 from ..runtime.duration_histogram import DurationHistogram
 from ..runtime.figures import MARGIN_USED, InputFigures
 from ..runtime.stamped_input import Dropped, StampedInput
 from ..runtime.tick_grid import SECOND
+from ..runtime.waiting_input import WaitingInput
 from .endpoints import Endpoints, InfoCallback
-from .info import number_of
+from .info import number_of, received_at
+from .lead import Lead
 from .managed import ERROR, OK, WARN, Status
 from .pace import Lines, Tick
 
@@ -29,19 +31,26 @@ class StampedInputs:
     """All inputs of a node; ``signals`` are their names, in the order in which they are summed.
 
     ``horizon`` is that of a line, in steps; a sample older than ``timeout`` seconds counts as 0.
+    ``waiting`` are the inputs whose samples are played after a lead.
     """
 
-    def __init__(self, signals: tuple[str, ...], node: Endpoints) -> None:
+    silence = 'it counts as 0'
+
+    def __init__(
+        self, signals: tuple[str, ...], node: Endpoints, waiting: Collection[str] = ()
+    ) -> None:
         self.signals = signals
         self.horizon = self.timeout = 0.0
         self._node, self._log = node, node.get_logger()
-        self.samples = [StampedInput() for _ in signals]
+        self.samples = [WaitingInput() if s in waiting else StampedInput() for s in signals]
+        self.lead = Lead()
         self.silent = [False] * len(signals)
         self.quiet: list[str] = []
         self._logged: set[str] = set()
         self._reported = [Dropped() for _ in signals]
         self.ages = [DurationHistogram() for _ in signals]
         self.delays = [DurationHistogram() for _ in signals]
+        self._late = [0] * len(signals)
         self.margin: DelayMargin | None = None
 
     def receiver(self, i: int, go: Callable[[], None]) -> InfoCallback:
@@ -49,12 +58,29 @@ class StampedInputs:
 
         def receive(data: bytes, info: dict[str, Any]) -> None:
             samples, value = self.samples[i], unpacked(data)
-            before = samples.dropped
-            samples.push(self._node.stamp_of(info), value, number_of(info))
+            before, stamp = samples.dropped, self._node.stamp_of(info)
+            if isinstance(samples, WaitingInput):
+                stamp = self._sent(stamp, i, data, info)
+            samples.push(stamp, value, number_of(info))
             if samples.dropped is not before:
                 self._log_once(self.signals[i], value)
 
         return receive
+
+    def _sent(self, stamp: int, i: int, data: bytes, info: dict[str, Any]) -> int:
+        """Return when a sample was made, before any relay, and measure how long it travelled."""
+        if self._node.in_simulation_time:
+            return stamp
+        made = stamp - age_of(data)
+        self.delays[i].add((received_at(info) - made) / SECOND)
+        return made
+
+    def play_after(self, lead: Lead) -> None:
+        """Play the samples that wait ``lead`` after they were made."""
+        self.lead = lead
+        for samples in self.samples:
+            if isinstance(samples, WaitingInput):
+                samples.lead = round(lead.seconds * SECOND)
 
     def limit(self, magnitude: float) -> None:
         """Drop samples of larger ``magnitude`` from now on."""
@@ -83,10 +109,11 @@ class StampedInputs:
         base, slope = [], []
         for i, samples in enumerate(self.samples):
             found = samples.over(tick.start, tick.period, timeout, horizon)
-            self._watch(i, found is None and samples.last_stamp is not None)
+            self._watch(i, found is None and samples.begun)
             if samples.used is not None:
                 self.ages[i].add((tick.now - samples.used) / SECOND)
-                self.delays[i].add((tick.start - samples.used) / SECOND)
+                if not isinstance(samples, WaitingInput):
+                    self.delays[i].add((tick.start - samples.used) / SECOND)
             b, s = found or (0.0, 0.0)
             base.append(b)
             slope.append(s)
@@ -100,7 +127,7 @@ class StampedInputs:
         self.quiet = [s for s, quiet in zip(self.signals, self.silent, strict=True) if quiet]
         signal = self.signals[i]
         if silent:
-            self._log.warning(f'input {signal} silent for {self.timeout:g} s; it counts as 0')
+            self._log.warning(f'input {signal} silent for {self.timeout:g} s; {self.silence}')
         else:
             self._log.info(f'input {signal} is back')
 
@@ -114,9 +141,9 @@ class StampedInputs:
         if several := self._node.several_writers():
             found.append(Status(WARN, several, {}))
         if self.quiet:
-            found.append(Status(WARN, f'silent, counted as 0: {", ".join(self.quiet)}', {}))
+            found.append(Status(WARN, f'silent, {self.silence}: {", ".join(self.quiet)}', {}))
         delayed = self._judge_delays()
-        return [*found, delayed] if delayed else found
+        return [*found, *self._judge_lead(), *([delayed] if delayed else [])]
 
     def _newly_dropped(self) -> str:
         """Say which inputs had samples dropped since the last report, and how many."""
@@ -144,12 +171,25 @@ class StampedInputs:
             *percentiles,
         ).values(self.signals[i])
 
+    def _judge_lead(self) -> list[Status]:
+        """Return what to report of samples that came after their time, and how many there were."""
+        found = []
+        for i, (signal, samples) in enumerate(zip(self.signals, self.samples, strict=True)):
+            if not isinstance(samples, WaitingInput):
+                continue
+            more, self._late[i] = samples.late - self._late[i], samples.late
+            delay = self.delays[i].take_recent()
+            figures = {f'{signal}.late': samples.late, f'{signal}.lead': f'{self.lead.lead:g}'}
+            words = self.lead.complaint(signal, delay, more) if more else ''
+            found.append(Status(WARN if more else OK, words, figures))
+        return found
+
     def _judge_delays(self) -> Status | None:
         """Return what to report when a delay of the last second comes near the margin."""
         delays = {
             signal: self.delays[i].take_recent()
             for i, signal in enumerate(self.signals)
-            if self.samples[i].received
+            if self.samples[i].received and not isinstance(self.samples[i], WaitingInput)
         }
         signal = max(delays, key=lambda name: delays[name], default=None)
         if signal is None or self.margin is None:

@@ -21,9 +21,16 @@ def flaw(number: int | None, expected: int, whose: str = '') -> str | None:
 
 
 class SequencedInput:
-    """The samples of one input, by number from 0."""
+    """The samples of one input, by number from 0.
 
-    def __init__(self) -> None:
+    Sample s comes ``delay`` steps after it was made and is played ``lead`` steps after that; until
+    then the input counts as 0.
+    """
+
+    def __init__(self, delay: int = 0, lead: int = 0) -> None:
+        self.late = max(delay, lead)
+        """Steps after it was made at which a sample is used first."""
+        self._age = float(self.late - lead)
         self._kept: deque[float] = deque()
         self._first = 0
         self.received = 0
@@ -43,19 +50,31 @@ class SequencedInput:
             self.received += 1
 
     def has(self, n: int) -> bool:
-        """Say whether sample ``n`` has come."""
-        return n < self.received
+        """Say whether all has come that step ``n`` uses."""
+        return n - self.late < self.received
 
     def over(self, n: int, horizon: float) -> tuple[float, float]:
-        """Return the input's (base, slope) over step ``n``, from the samples up to ``n``.
+        """Return the input's (base, slope) over step ``n``.
 
         Steps are asked for in order, each once ``has`` says so. ``horizon`` is in steps, see
         :func:`.hold.line`.
         """
-        while self._first < n - 1:
+        newest = self.newest(n)
+        if newest is None:
+            return 0.0, 0.0
+        number, value = newest
+        previous = value if number == 0 else self._kept[number - 1 - self._first]
+        return line(value, previous, self._age, 1.0, horizon)
+
+    def newest(self, n: int) -> tuple[int, float] | None:
+        """Return number and value of the last sample that step ``n`` uses, None before the first.
+
+        Asked for as :meth:`over` is.
+        """
+        number = n - self.late
+        if number < 0:
+            return None
+        while self._first < number - 1:
             self._kept.popleft()
             self._first += 1
-        newest = self._kept[n - self._first]
-        if n == 0:
-            return line(newest, newest, 0.0, 1.0, horizon)
-        return line(newest, self._kept[n - 1 - self._first], 0.0, 1.0, horizon)
+        return number, self._kept[number - self._first]

@@ -56,6 +56,7 @@ class StampedInput:
 
     def __init__(self) -> None:
         self._kept: deque[tuple[int, float]] = deque(maxlen=KEPT)
+        self._newest: tuple[int, float] | None = None
         self.received = 0
         self.dropped = Dropped()
         self.limit = math.inf
@@ -75,7 +76,12 @@ class StampedInput:
     @property
     def last_stamp(self) -> int | None:
         """The stamp of the newest sample, or None when nothing has arrived."""
-        return self._kept[-1][0] if self._kept else None
+        return self._newest[0] if self._newest is not None else None
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is a sample that a step may use."""
+        return self._newest is not None
 
     @property
     def _last_seen(self) -> int | None:
@@ -97,8 +103,7 @@ class StampedInput:
             return False
         if since is not None:
             if since < -RESTART:
-                self._kept.clear()
-                self._suspect = None
+                self._forget()
             elif since <= 0.0:
                 self.out_of_order += 1
                 return False
@@ -106,6 +111,14 @@ class StampedInput:
                 self._note_period(since)
         self.received += 1
         return self._believe((stamp, value))
+
+    def _keep(self, sample: tuple[int, float]) -> None:
+        self._newest = sample
+        self._kept.append(sample)
+
+    def _forget(self) -> None:
+        self._kept.clear()
+        self._newest = self._suspect = None
 
     def _drop(self, value: float) -> None:
         bad, far, alone = self.dropped
@@ -115,16 +128,16 @@ class StampedInput:
     def _believe(self, sample: tuple[int, float]) -> bool:
         """Keep a sample that is near the last one, or, after a jump, near the one that jumped."""
         suspect, self._suspect = self._suspect, None
-        if self._kept and abs(sample[1] - self._kept[-1][1]) > JUMP:
+        if self._newest is not None and abs(sample[1] - self._newest[1]) > JUMP:
             if suspect is None or abs(sample[1] - suspect[1]) > JUMP:
                 self._suspect = sample
             else:
-                self._kept.append(suspect)
+                self._keep(suspect)
                 suspect = None
         if suspect is not None:
             self.dropped = self.dropped._replace(outliers=self.dropped.outliers + 1)
         if self._suspect is None:
-            self._kept.append(sample)
+            self._keep(sample)
         return self._suspect is None
 
     def _note_number(self, number: int, since: float | None) -> None:

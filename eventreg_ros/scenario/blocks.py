@@ -11,6 +11,7 @@ from ..models.catalogue import model_of
 from ..models.limited import limited
 from ..models.neuron import NeuronParams
 from ..simulation.block import BlockSpec
+from .inputs import signs_of
 from .names import full_name, split
 
 Values = Mapping[str, Any]
@@ -46,15 +47,3 @@ def block_spec(node: str, values: Values) -> BlockSpec:
         lead=values['lead'],
         numbered=numbered,
     )
-
-
-def signs_of(values: Values) -> tuple[tuple[str, float], ...]:
-    """Return the inputs of a block with their signs, in the order in which they are summed.
-
-    A controller that predicts hears the plant's output and the plant's measured inputs; the replica
-    that it has takes the place of the reference.
-    """
-    keys = {'excitatory': 1.0, 'inhibitory': -1.0}
-    if values.get('predict'):
-        keys = {'excitatory': 1.0, 'plant_inputs': 1.0}
-    return tuple((signal, sign) for key, sign in keys.items() for signal in values.get(key, ()))

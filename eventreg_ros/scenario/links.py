@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from ..errors import EventregError, ParameterError, ScenarioError
@@ -48,6 +48,16 @@ class LinkSpec(NamedTuple):
         if self.signal not in published:
             raise ScenarioError(
                 f'{self.where}: nobody publishes {self.signal!r}{hint(self.signal, published)}'
+            )
+
+
+def need_pure_delay(link: str, values: Mapping[str, Any]) -> None:
+    """Raise ScenarioError unless a link does nothing but delay: lockstep knows only that."""
+    for name in ('jitter', 'loss', 'duplicate'):
+        if values[name]:
+            raise ScenarioError(
+                f'{link}.{name} must be 0 in lockstep, which waits for every sample, got '
+                f'{values[name]:g}; leave it out, or leave out --lockstep'
             )
 
 

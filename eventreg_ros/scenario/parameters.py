@@ -19,6 +19,7 @@ from ..models.model import Model, ModelParameter
 from ..models.neuron import OSCILLATOR
 from ..models.roles import ROLES
 from .hint import hint
+from .inputs import delays_of
 from .names import NodeName, split
 from .parameter import ACTIVE, INACTIVE, Parameter
 from .table import FORESIGHT, MODEL, OTHERS, PACE, ROUTE, WIRES
@@ -187,6 +188,10 @@ def _check_together(node: str, values: Mapping[str, Any]) -> None:
     _check_signals(node, values)
     if values.get('predict'):
         _check_prediction(node, values)
+    try:
+        delays_of(values)
+    except ParameterError as error:
+        raise ParameterError(f'{node}.{error}') from None
     if 'threshold' in values and not values['reset'] < values['threshold']:
         raise ParameterError(
             f'{node}.reset must be < threshold ({values["threshold"]:g}), got {values["reset"]:g}'

@@ -13,9 +13,10 @@ from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps
 from ..simulation.stimulus import Stimulus
 from . import ros_yaml
-from .blocks import block_spec, signs_of
+from .blocks import block_spec
 from .criteria import Criteria
-from .links import LinkSpec, link_name
+from .inputs import signs_of
+from .links import LinkSpec, link_name, need_pure_delay
 from .names import NodeName, full_name, split
 from .parameters import is_foreign, resolve
 from .qos import Endpoint, check_key, keys_of, moved, need_topic
@@ -24,7 +25,8 @@ Values = Mapping[str, Any]
 Given = dict[str, dict[str, Any]]
 """Parameters by node, as somebody gave them."""
 
-INPUTS = ('excitatory', 'inhibitory', 'signals')
+WIRES = ('excitatory', 'inhibitory', 'plant_inputs')
+INPUTS = (*WIRES, 'signals')
 """Parameters that list signals to listen to."""
 
 
@@ -300,7 +302,7 @@ class Scenario:
         extra: Given = {}
         for node in self.nodes:
             home = self.name_of(node).namespace
-            for key in ('excitatory', 'inhibitory'):
+            for key in WIRES:
                 inputs = self.nodes[node].get(key, [])
                 if link.signal in (full_name(home, s) for s in inputs):
                     extra.setdefault(node, {})[key] = [
@@ -317,14 +319,12 @@ class Scenario:
         """Return the scenario with a clock, all nodes in lockstep, for simulated ``seconds``.
 
         The clock waits at each of ``pauses``, simulated seconds. An input that nobody publishes is
-        left out, since nobody would send the sample to wait for. Raises EventregError when there is
-        not one step in ``seconds``, or a link.
+        left out, since nobody would send the sample to wait for. Links are left out too: the blocks
+        behind them take every sample as late as the link would make it. Raises EventregError when
+        there is not one step in ``seconds``, or a link that does more than delay.
         """
-        if links := self.of_kind('link'):
-            raise EventregError(
-                f'lockstep waits for every sample, so that {", ".join(links)} could delay '
-                f'nothing; leave out --lockstep'
-            )
+        if self.of_kind('link'):
+            return self.with_stated_delays().in_lockstep(seconds, pauses)
         steps = count_steps(seconds * self.time_scale, self.time_scale / self.rate, 0)
         if not steps:
             raise EventregError(
@@ -342,6 +342,29 @@ class Scenario:
             'lockstep_timeout': self.given.get('clock', {}).get('lockstep_timeout', patience),
         }
         return self.with_given(extra)
+
+    def with_stated_delays(self) -> Scenario:
+        """Return the scenario without its links, their delays stated by the blocks behind them.
+
+        Raises ScenarioError when a link does more than delay.
+        """
+        behind: dict[str, tuple[str, float]] = {}
+        for link in self.of_kind('link'):
+            values = self.nodes[link]
+            need_pure_delay(link, values)
+            source = self.signal(link, values['input'])
+            before, earlier = behind.get(source, (source, 0.0))
+            delay = earlier + values['delay'] * self.time_scale
+            behind[self.signal(link, values['output'])] = (before, delay)
+        given = {n: dict(v) for n, v in self.given.items() if self.name_of(n).kind != 'link'}
+        for node, values in given.items():
+            home = self.name_of(node).namespace
+            for key in (k for k in WIRES if k in self.nodes[node]):
+                found = [behind.get(full_name(home, s), (s, 0.0)) for s in self.nodes[node][key]]
+                values[key] = [signal.removeprefix(f'{home}/') for signal, _ in found]
+                late = [f'{s.removeprefix(f"{home}/")}:{delay!r}' for s, delay in found if delay]
+                values['lockstep_delays'] = values.get('lockstep_delays', []) + late
+        return Scenario.of(self.name, given)
 
     def _lockstep_values(self, node: str) -> dict[str, Any]:
         values: dict[str, Any] = {'lockstep': True, 'use_sim_time': True, 'rate': self.rate}

@@ -71,7 +71,7 @@ class Session:
         observer: Observer | None = None,
         interventions: Sequence[Intervention] = (),
     ) -> None:
-        self.scenario = scenario
+        self.scenario = scenario.with_stated_delays() if lockstep else scenario
         self.bag = bag
         self.duration = duration
         self.lockstep = lockstep

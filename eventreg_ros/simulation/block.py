@@ -67,8 +67,15 @@ class BlockSpec:
     @property
     def leads(self) -> tuple[int, ...]:
         """How many steps after they were made the samples of each input are played."""
-        lead = self.lead_steps if self.role == 'plant' else 0
-        return tuple(lead if sign < 0.0 else 0 for _, sign in self.inputs)
+        return leads_of(self.role, self.inputs, self.lead_steps)
+
+
+def leads_of(role: str, inputs: Sequence[tuple[str, float]], lead: int) -> tuple[int, ...]:
+    """Return by how many steps each input's samples are ahead: by ``lead``, what a plant subtracts.
+
+    ``inputs`` are (signal, sign).
+    """
+    return tuple(lead if role == 'plant' and sign < 0.0 else 0 for _, sign in inputs)
 
 
 def make_advance(model: Model, compile: Compile = plain) -> Advance:

@@ -104,11 +104,11 @@ def test_other_parameters_go_on_and_another_step_begins_anew():
     assert fed(block, 0, 100) == fed(other, 0, 100)
     learned = block.learned['tau']
     again = replace(spec, x0=(*spec.x0[:4], learned))
-    block.retune(again, 100)
+    block.retune(again)
     assert fed(block, 100, 110) == fed(other, 100, 110)
-    block.retune(replace(again, params=(2.0, *spec.params[1:])), 110)
+    block.retune(replace(again, params=(2.0, *spec.params[1:])))
     assert fed(block, 110, 120) != fed(other, 110, 120)
-    block.retune(replace(again, time_scale=5.0), 120)
+    block.retune(replace(again, time_scale=5.0))
     assert block.x[-1] == 121.0, 'it begins anew'
     assert block.newest == [-1, -1]
 

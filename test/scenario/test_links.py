@@ -9,6 +9,7 @@ import pytest
 
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
+from eventreg_ros.scenario.inputs import delays_of
 from eventreg_ros.scenario.links import LinkSpec
 from eventreg_ros.scenario.parameters import parameters_of
 
@@ -105,10 +106,39 @@ def test_a_signal_that_no_block_listens_to_gets_no_link():
         scenario.with_links(['w:delay=0.1'])
 
 
-def test_lockstep_and_links_exclude_each_other():
-    assert 'clock' in scenarios.load('exact').in_lockstep(1.0).nodes
-    with pytest.raises(EventregError, match='link_u could delay nothing'):
-        scenarios.load('exact').with_links(['u']).in_lockstep(1.0)
+def test_in_lockstep_the_blocks_state_the_delays_of_the_links_before_them():
+    scenario = scenarios.load('exact').with_links(['u:delay=0.02', 'y:delay=0.2', 'w'])
+    stepping = scenario.in_lockstep(1.0)
+    assert set(stepping.nodes) == {*scenarios.load('exact').nodes, 'clock'}
+    plant, controller = stepping.nodes['plant'], stepping.nodes['controller']
+    assert (plant['excitatory'], plant['inhibitory']) == (['w'], ['u'])
+    assert (plant['lockstep_delays'], controller['lockstep_delays']) == (['u:0.2'], ['y:2.0'])
+
+
+def test_in_lockstep_a_link_after_a_link_adds_up():
+    text = """
+r1/plant: {ros__parameters: {inhibitory: [u_far]}}
+r1/link_a: {ros__parameters: {input: u, output: u_near, delay: 0.1}}
+r1/link_b: {ros__parameters: {input: u_near, output: u_far, delay: 0.05}}
+r1/controller: {ros__parameters: {}}
+"""
+    found = scenarios.parse(text, 'far').with_stated_delays()
+    values = found.nodes['r1/plant']
+    assert values['inhibitory'] == ['u']
+    assert delays_of(values) == {'u': pytest.approx(1.5)}
+
+
+@pytest.mark.parametrize('more', ['jitter=0.01', 'loss=0.1', 'duplicate=0.1'])
+def test_lockstep_knows_links_that_delay_and_no_others(more):
+    scenario = scenarios.load('exact').with_links([f'u:delay=0.1,{more}'])
+    with pytest.raises(ScenarioError, match=rf'link_u\.{more.split("=")[0]} must be 0 in lockstep'):
+        scenario.in_lockstep(1.0)
+
+
+@pytest.mark.parametrize('entry', ['u', 'u:', 'u:x', 'u:-1', 'u:inf', ':'])
+def test_delays_of_lockstep_that_are_none_are_refused(entry):
+    with pytest.raises(EventregError, match=r'plant\.lockstep_delays must be SIGNAL:T'):
+        scenarios.load('exact', [f"plant.lockstep_delays:=['{entry}']"])
 
 
 @pytest.fixture
