@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .api import Recorded as Recorded
     from .api import Run as Run
     from .api import Scenario as Scenario
+    from .api import Sweep as Sweep
     from .api import analyze as analyze
     from .api import certificates as certificates
     from .api import compare as compare
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from .api import read_bag as read_bag
     from .api import run as run
     from .api import simulate as simulate
+    from .api import sweep as sweep
 
 __version__ = '0.1.0'
 
@@ -30,6 +32,7 @@ __all__ = [
     'Recorded',
     'Run',
     'Scenario',
+    'Sweep',
     'analyze',
     'certificates',
     'compare',
@@ -41,6 +44,7 @@ __all__ = [
     'read_bag',
     'run',
     'simulate',
+    'sweep',
 ]
 
 

@@ -25,6 +25,10 @@ from .analysis.comparison import Comparison
 from .analysis.events import detect
 from .bags.reader import read_bag
 from .robustness import margins as robustness
+from .robustness.axes import spec_of
+from .robustness.cluster import runner
+from .robustness.plan import Plan
+from .robustness.sweep import Sweep, run_sweep
 from .scenario import Override, Scenario
 from .scenario.criteria import RESET, THRESHOLD
 from .session import simulated
@@ -48,6 +52,7 @@ __all__ = [
     'Recorded',
     'Run',
     'Scenario',
+    'Sweep',
     'analyze',
     'certificates',
     'compare',
@@ -59,6 +64,7 @@ __all__ = [
     'read_bag',
     'run',
     'simulate',
+    'sweep',
 ]
 
 
@@ -197,6 +203,47 @@ def margins(scenario: Scenario | str, setting: Setting | None = None) -> list[Li
     See :func:`.robustness.margins.margins`.
     """
     return robustness.margins(_loaded(scenario), setting)
+
+
+def sweep(
+    scenario: Scenario | str,
+    parameters: Mapping[str, object],
+    *,
+    sets: int | None = None,
+    seed: int = 0,
+    sampling: str = 'random',
+    on: Sequence[str] | None = None,
+    duration: float | None = None,
+    settle: float | None = None,
+    window: float | None = None,
+    out: str | Path | None = None,
+    engine: str = 'local',
+    scheduler: str | None = None,
+) -> Sweep:
+    """Run the sampled loop over many sets of parameters; judge each as :func:`simulate` does.
+
+    ``parameters`` maps NODE.PARAM to what follows := on a command line, '0.5..4/50' or '2~10%'
+    (:mod:`.robustness.axes`), to a list of values, or to one value, which is fixed; ``links.delay``
+    and the like are of all links, or those of the signals ``on``. With ``sets`` so many are drawn
+    by ``seed``, ``sampling`` being 'random', 'sobol' or 'saltelli'; without it is a grid. ``out``
+    is a directory that keeps the table, and from which a sweep that was stopped goes on. With
+    ``engine`` 'dask' it runs on the cluster at ``scheduler``. Raises EventregError.
+
+    >>> sweep('exact', {'controller.k': [1, 2, 3]}).rejected
+    3
+    """
+    plan = Plan.of(
+        _loaded(scenario),
+        [f'{name}:={spec_of(value)}' for name, value in parameters.items()],
+        sets=sets,
+        seed=seed,
+        sampling='grid' if sets is None else sampling,
+        on=None if on is None else tuple(on),
+        duration=duration,
+        settle=settle,
+        window=window,
+    )
+    return run_sweep(plan, None if out is None else Path(out), runner(engine, scheduler))
 
 
 def events(

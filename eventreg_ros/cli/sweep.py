@@ -147,16 +147,12 @@ def _say_if_slow() -> None:
 
 
 def _table(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
+    from ..robustness.cluster import runner
     from ..robustness.sweep import run_sweep
     from ..robustness.sweep_words import sweep_words
     from ..robustness.yields import indices, scenario_text, worst_of, yield_of
 
-    run = None
-    if args.engine == 'dask':
-        from ..robustness.cluster import on_cluster
-
-        run = on_cluster(args.scheduler)
-    sweep = run_sweep(plan, args.out, run, tell)
+    sweep = run_sweep(plan, args.out, runner(args.engine, args.scheduler), tell)
     result = sweep.as_json()
     share = yield_of(sweep.rejected, sweep.sets) if plan.sets else None
     matters = indices(sweep) if args.indices else []

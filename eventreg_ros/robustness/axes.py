@@ -149,3 +149,10 @@ def _number(word: str, text: str) -> float:
     if not isinstance(value, float):
         raise ParameterError(f'-p {text}: a range is of numbers, got {word!r}')
     return value
+
+
+def spec_of(value: object) -> str:
+    """Return what a value, or a list of values to try, is on a command line; a text stays."""
+    if isinstance(value, list | tuple | np.ndarray):
+        return f'{{{",".join(map(str, np.asarray(value, dtype=object).tolist()))}}}'
+    return str(value)

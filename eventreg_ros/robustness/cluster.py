@@ -33,6 +33,13 @@ class Done(NamedTuple):
     seconds: float
 
 
+def runner(engine: str, scheduler: str | None) -> Run | None:
+    """Return where ``engine``, ``local`` or ``dask``, runs stretches. Raises EventregError."""
+    if engine not in ('local', 'dask'):
+        raise EventregError(f"engine must be 'local' or 'dask', got {engine!r}")
+    return on_cluster(scheduler) if engine == 'dask' else None
+
+
 def on_cluster(scheduler: str | None) -> Run:
     """Return what runs stretches on the workers of the Dask scheduler at that address.
 

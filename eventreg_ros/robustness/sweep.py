@@ -10,16 +10,20 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..analysis.export import need
 from .axes import Array
 from .outcome import VERDICTS, Outcomes
 from .plan import Plan
 from .sets import Sets
 from .store import Store, Stretch
 from .table import batches, check_table, read_table, write_table
+
+if TYPE_CHECKING:
+    import pandas
 
 Tell = Callable[[int, int], None]
 """Takes how many sets are done, and how many there are."""
@@ -59,6 +63,13 @@ class Sweep:
     def __getitem__(self, column: str) -> Array:
         """Return one column of the table. Raises KeyError."""
         return self.columns[column]
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the table as a pandas DataFrame, a row a set. Raises EventregError without it."""
+        need('pandas', 'to_dataframe()')
+        import pandas
+
+        return pandas.DataFrame(self.columns)
 
     def as_json(self) -> dict[str, Any]:
         """Return what --json writes."""

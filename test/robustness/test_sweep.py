@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from eventreg_ros import load
+from eventreg_ros import load, sweep
 from eventreg_ros.errors import EventregError
 from eventreg_ros.robustness import sweep as module
 from eventreg_ros.robustness.plan import Plan
@@ -132,3 +132,17 @@ def test_the_table_is_typed(tmp_path):
     assert table['spurious'].null_count == table['residual_rms'].null_count == 4
     assert str(table['spurious'].type) == 'int32'
     assert table['verdict'].null_count == 4
+
+
+def test_the_library_gives_the_same_table():
+    more = {'duration': 250.0, 'settle': 60.0}
+    parameters = {'controller.k': [0.7, 2], 'controller.tau': '0.05..0.1/3', '/**.rate': 50.0}
+    found = sweep('exact', parameters, **more)
+    command = ('controller.k:={0.7,2}', 'controller.tau:=0.05..0.1/3', '/**.rate:=50.0')
+    same = run_sweep(plan(*command))
+    assert found.as_json() | {'seconds': 0} == same.as_json() | {'seconds': 0}
+    for name, column in same.columns.items():
+        assert found[name].tolist() == column.tolist()
+    frame = pytest.importorskip('pandas') and found.to_dataframe()
+    assert len(frame) == 6
+    assert sweep('exact', {'plant.k': '1~5%'}, sets=3, seed=2, **more)['plant.k'].std() > 0
