@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..analysis.rejection import match
 from ..simulation.lanes_source import LANES
 from ..simulation.trajectory import Array
@@ -19,29 +21,31 @@ LEAF = 128
 
 def watch(
     samples: Array, rows: int, width: int, j: int, t: Array,
-    threshold: float, reset: float, armed: Any, hits: Any, times: Array, counts: Any,
+    threshold: float, reset: float, level: Array, times: Array, counts: Any,
 ) -> None:  # fmt: skip
     """Note the events of wanted signal ``j`` in samples 1 to ``rows`` of a chunk, at times ``t``.
 
-    As :func:`..analysis.events.detect` finds them. ``armed``, ``hits`` and ``counts`` have shape
-    (LANES,), ``times`` (ROOM, LANES); ``counts`` goes on beyond ROOM.
+    As :func:`..analysis.events.detect` finds them. ``level`` and ``counts`` have shape (LANES,),
+    ``times`` (room * LANES,); ``counts`` goes on beyond the room. ``level`` is what a signal must
+    reach for an event: ``threshold``, or infinity until it has been at ``reset``.
     """
     room = len(times) // LANES
     for r in range(1, rows + 1):
         found = 0
         now = (r * width + j) * LANES
         for a in range(LANES):
-            hits[a] = armed[a] & (samples[now + a] >= threshold)
-            found |= hits[a]
-            armed[a] = (armed[a] & ~hits[a]) | (samples[now + a] <= reset)
+            found += 1 if samples[now + a] >= level[a] else 0
         if found:
             for a in range(LANES):
-                if hits[a]:
+                if samples[now + a] >= level[a]:
                     x, before = samples[now + a], samples[now - width * LANES + a]
                     part = (threshold - before) / (x - before)
                     if counts[a] < room:
                         times[counts[a] * LANES + a] = t[r - 1] + part * (t[r] - t[r - 1])
                     counts[a] += 1
+                    level[a] = np.inf
+        for a in range(LANES):
+            level[a] = threshold if samples[now + a] <= reset else level[a]
 
 
 def gather(

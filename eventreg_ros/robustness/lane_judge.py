@@ -33,6 +33,13 @@ def _compiled(name: str) -> Any:
     return compile_entry(getattr(lane_counts, name))
 
 
+@lru_cache(maxsize=8)
+def _leaves(count: int) -> npt.NDArray[np.int64]:
+    """Return how numpy adds up so many numbers: starts, sizes and joins, shape (3, leaves)."""
+    leaves: npt.NDArray[np.int64] = np.array(lane_counts.halves(0, count)).T.copy()
+    return leaves
+
+
 class _Plant(NamedTuple):
     """A plant, by the places of its signals among the judged ones; ``y_r`` -1 without one."""
 
@@ -105,21 +112,21 @@ class _Events:
 
     def __init__(self, width: int, criteria: Criteria) -> None:
         self._criteria = criteria
-        self._armed, self._hits, self._counts = (
-            np.zeros((width, LANES), dtype=np.int64) for _ in range(3)
-        )
+        self._level = np.empty((width, LANES))
+        self._counts = np.zeros((width, LANES), dtype=np.int64)
         self._times = np.empty((width, ROOM, LANES))
 
     def watch(self, first: int, last: int, samples: Array, t: Array) -> None:
         """Take the samples of a chunk."""
         limits = self._criteria.threshold, self._criteria.reset
         if first == 0:
-            self._armed[:] = samples[0] < limits[0]
+            self._level[:] = np.where(samples[0] < limits[0], limits[0], np.inf)
+            self._level[samples[0] <= limits[1]] = limits[0]
         flat, t = samples.ravel(), t[first : last + 1]
-        for j in range(len(self._armed)):
+        for j in range(len(self._level)):
             _compiled('watch')(
-                flat, last - first, len(self._armed), j, t, *limits,
-                self._armed[j], self._hits[j], self._times[j].ravel(), self._counts[j],
+                flat, last - first, len(self._level), j, t, *limits,
+                self._level[j], self._times[j].ravel(), self._counts[j],
             )  # fmt: skip
 
     def tally(self, plant: _Plant) -> Array:
@@ -164,10 +171,10 @@ class _Residual:
         means *= means
         if len(self._t) > 1:
             lengths = np.diff(self._t)
-            leaves = np.array(lane_counts.halves(0, len(lengths)))
-            stack = np.empty((len(leaves) + 9) * LANES)
+            leaves = _leaves(len(lengths))
+            stack = np.empty((leaves.shape[1] + 9) * LANES)
             _compiled('mean_squares')(
-                self._table.ravel(), len(self._t), lengths, lengths.sum(), *leaves.T.copy(),
+                self._table.ravel(), len(self._t), lengths, lengths.sum(), *leaves,
                 self._largest, stack, means,
             )  # fmt: skip
         return self._largest, self._largest * np.sqrt(means)

@@ -17,7 +17,7 @@ from ..simulation.block import BlockSpec
 from ..simulation.impairment import Impairment, Received, received
 from ..simulation.jit import compiles
 from ..simulation.lanes import Course, Lanes, Links, Start, structure_of
-from ..simulation.lanes_source import LANES
+from ..simulation.lanes_source import COMMON, LANES, PERFECT, SCATTERED
 from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps, model_times
 from ..simulation.sampled import Waveform
@@ -82,7 +82,7 @@ def _kind(case: Case) -> Any:
         return None
     if not lanes_can(case.loop, steps, case.subject):
         return None
-    structure = structure_of(case.loop, case.subject.needed, False)
+    structure = structure_of(case.loop, case.subject.needed)
     judged = case.subject.plants, case.subject.criteria
     holds = tuple(spec.hold for spec in case.loop.blocks.values())
     return structure, grid, holds, judged, case.duration, tuple(case.loop.stimuli.values())
@@ -163,16 +163,21 @@ class _Group:
     def run(self, places: Any) -> tuple[Rows, Any]:
         """Return the rows of one block of lanes, and which of them hold."""
         start = Start(*([array[places] for array in part] for part in self._parts))
-        impairments = [self._impairments[i] for i in places]
-        common = len(set(impairments)) == 1
-        have = [
-            _received(self._signals, self._steps, self._h, each)
-            for each in (impairments[:1] if common else impairments)
-        ]
-        links = Links.common(have[0]) if common else Links.scattered(have)
-        structure = structure_of(self._template.loop, self._judged, not common)
+        kind, links = self._links([self._impairments[i] for i in places])
+        structure = structure_of(self._template.loop, self._judged, kind)
         course = Course(structure, self._steps, self._h, self._horizons, self._open, links)
         return judge_lanes(Lanes(course, start), self._judged, self._t, self._template.subject)
+
+    def _links(self, impairments: Sequence[Impairment]) -> tuple[str, Links]:
+        """Return what the links of lanes with these impairments are, and what they receive."""
+        alike = set(impairments)
+        if not any(each.delay or each.loss or each.jitter for each in alike):
+            return PERFECT, Links.perfect()
+        asked = impairments[:1] if len(alike) == 1 else impairments
+        have = [_received(self._signals, self._steps, self._h, each) for each in asked]
+        if len(alike) == 1:
+            return COMMON, Links.common(have[0])
+        return SCATTERED, Links.scattered(have)
 
     @property
     def _parts(self) -> tuple[Sequence[Array], Sequence[Array], Sequence[Array]]:

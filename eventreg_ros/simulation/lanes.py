@@ -22,7 +22,7 @@ from .hold import line
 from .impairment import Index, Received
 from .jit import compile_entry, inliner
 from .kernel import NOBODY
-from .lanes_source import LANES, LaneBlock, Rows, Structure, layout, source_of
+from .lanes_source import COMMON, LANES, LaneBlock, Rows, Structure, layout, source_of
 from .loop import Loop
 from .trajectory import Array
 
@@ -30,7 +30,7 @@ CHUNK = 2048
 """Steps between two looks at the samples: so many that calls cost nothing, and no more."""
 
 
-def structure_of(loop: Loop, wanted: Sequence[str], scattered: bool) -> Structure:
+def structure_of(loop: Loop, wanted: Sequence[str], links: str = COMMON) -> Structure:
     """Return the structure of a loop; the samples of the signals ``wanted`` are handed out."""
     row = {signal: i for i, signal in enumerate(loop.signals)}
     blocks = tuple(
@@ -46,7 +46,7 @@ def structure_of(loop: Loop, wanted: Sequence[str], scattered: bool) -> Structur
         for spec in loop.blocks.values()
     )
     signals = tuple(row[signal] for signal in wanted)
-    return Structure(blocks, len(loop.stimuli), len(row), signals, scattered)
+    return Structure(blocks, len(loop.stimuli), len(row), signals, links)
 
 
 @lru_cache(maxsize=64)
@@ -69,6 +69,12 @@ class Links(NamedTuple):
     newest: Index | npt.NDArray[np.int32]
     previous: Index | npt.NDArray[np.int32]
     reach: int
+
+    @classmethod
+    def perfect(cls) -> Links:
+        """Return the links of lanes in which every sample arrives at once."""
+        nothing = np.empty(0, dtype=np.int64)
+        return cls(nothing, nothing, 0)
 
     @classmethod
     def common(cls, have: Received) -> Links:
@@ -155,8 +161,8 @@ class Lanes:
 
     def __init__(self, course: Course, start: Start) -> None:
         self.course = course
-        self._rows, self._alarm, count = layout(course.structure.blocks)
-        self._work = np.zeros((count, LANES))
+        self._layout = layout(course.structure)
+        self._work = np.zeros((self._layout.rows, LANES))
         self._size = 1 << (course.links.reach + 1).bit_length()
         self._ring = np.zeros((self._size, course.structure.signals, LANES))
         self._fill(start)
@@ -168,12 +174,13 @@ class Lanes:
         structure = self.course.structure
         for s in range(structure.stimuli):
             self._ring[0, s] = self.course.open_inputs[s, 0]
-        blocks = zip(structure.blocks, self._rows, strict=True)
+        blocks = zip(structure.blocks, self._layout.blocks, strict=True)
         for b, (block, rows) in enumerate(blocks):
             self._put(rows, start.x[b], start.params[b])
             self._ring[0, block.row] = _padded(start.outputs[b])
             for signal, i in block.observed:
                 self._ring[0, signal] = _padded(start.x[b][:, i])
+        self._work[self._layout.now] = self._work[self._layout.before] = self._ring[0]
 
     def _put(self, rows: Rows, x: Array, params: Array) -> None:
         self._work[rows.x] = _padded(x).T
@@ -201,8 +208,8 @@ class Lanes:
     @property
     def finite(self) -> npt.NDArray[np.bool_]:
         """Which lanes have had finite samples and states only, shape (LANES,)."""
-        states = [row for rows in self._rows for row in rows.x]
-        finite: npt.NDArray[np.bool_] = np.isfinite(self._work[[*states, self._alarm]])
+        states = [row for rows in self._layout.blocks for row in rows.x]
+        finite: npt.NDArray[np.bool_] = np.isfinite(self._work[[*states, self._layout.alarm]])
         every: npt.NDArray[np.bool_] = np.logical_and.reduce(finite)
         return every
 

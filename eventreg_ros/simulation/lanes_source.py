@@ -7,7 +7,7 @@ functions of :func:`.block.make_advance` and :func:`.hold.line`, called lane by 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from ..models import Model, first_state
@@ -15,6 +15,10 @@ from .kernel import NOBODY
 
 LANES = 32
 """Sets side by side. A multiple of what a processor does at once, and all of it in its cache."""
+
+
+PERFECT, COMMON, SCATTERED = 'perfect', 'common', 'scattered'
+"""What links are to a kernel; the more general, the slower."""
 
 
 class LaneBlock(NamedTuple):
@@ -38,14 +42,25 @@ class Structure(NamedTuple):
     """What all sets of a kernel have in common.
 
     Signals are numbered, those of the ``stimuli`` first; ``wanted`` are those whose samples are
-    handed out. ``scattered`` says that every set has links of its own.
+    handed out. ``links`` is :data:`PERFECT` where every sample arrives at once, :data:`COMMON`
+    where all sets have received the same samples, :data:`SCATTERED` where each has its own.
     """
 
     blocks: tuple[LaneBlock, ...]
     stimuli: int
     signals: int
     wanted: tuple[int, ...]
-    scattered: bool
+    links: str
+
+
+class Layout(NamedTuple):
+    """The rows of each block, of each signal now and a step before, of the alarm; how many."""
+
+    blocks: list[Rows]
+    now: list[int]
+    before: list[int]
+    alarm: int
+    rows: int
 
 
 class Rows(NamedTuple):
@@ -58,8 +73,8 @@ class Rows(NamedTuple):
     y: int
 
 
-def layout(blocks: Sequence[LaneBlock]) -> tuple[list[Rows], int, int]:
-    """Return the rows of each block, the row of the alarm, and how many rows there are."""
+def layout(structure: Structure) -> Layout:
+    """Return where the numbers of a structure lie."""
     free = iter(range(10**9))
 
     def take(count: int) -> list[int]:
@@ -73,10 +88,11 @@ def layout(blocks: Sequence[LaneBlock]) -> tuple[list[Rows], int, int]:
             take(len(block.sources)),
             next(free),
         )
-        for block in blocks
+        for block in structure.blocks
     ]
+    now, before = take(structure.signals), take(structure.signals)
     alarm = next(free)
-    return rows, alarm, alarm + 1
+    return Layout(rows, now, before, alarm, alarm + 1)
 
 
 def source_of(structure: Structure) -> str:
@@ -96,25 +112,62 @@ def source_of(structure: Structure) -> str:
 
 
 def _step(structure: Structure) -> Iterator[str]:
-    rows, alarm, _ = layout(structure.blocks)
-    link = 0
+    lay, link = layout(structure), 0
+    perfect = structure.links == PERFECT
+    lines: list[str] = []
     for b, block in enumerate(structure.blocks):
         for i, source in enumerate(block.sources):
-            if source != NOBODY:
-                reach = _own_link if structure.scattered else _common_link
-                at = f'{rows[b].base[i]} * L', f'{rows[b].slope[i]} * L'
+            at = f'{lay.blocks[b].base[i]} * L', f'{lay.blocks[b].slope[i]} * L'
+            if source == NOBODY:
+                continue
+            if perfect:
+                now, before = lay.now[source], lay.before[source]
+                lines.append(
+                    f'work[{at[0]} + a], work[{at[1]} + a] = line('
+                    f'work[{now} * L + a], work[{before} * L + a], 0.0, 1.0, horizons[{b}])'
+                )
+            else:
+                reach = _own_link if structure.links == SCATTERED else _common_link
                 yield from reach(structure.signals, link, source, f'horizons[{b}]', *at)
-                link += 1
+            link += 1
+    if perfect:
+        lines += [f'work[{y} * L + a] = work[{x} * L + a]' for x, y in zip(*lay[1:3], strict=True)]
     for b, block in enumerate(structure.blocks):
-        yield from _advance(b, block, rows[b], alarm)
+        lines += _advance(b, block, lay.blocks[b], lay.alarm)
+    if perfect:
+        lines += [
+            f'work[{lay.now[s]} * L + a] = work[{row} * L + a]' for s, row in _written(structure)
+        ]
+    yield from _lanes(*lines)
+    yield from (_keep_now(structure, lay) if perfect else _keep_in_ring(structure))
+
+
+def _written(structure: Structure) -> Iterator[tuple[int, int]]:
+    """Yield each signal that a block writes, and the row in which it is after a step."""
+    for block, rows in zip(structure.blocks, layout(structure).blocks, strict=True):
+        yield block.row, rows.y
+        yield from ((signal, rows.x[i]) for signal, i in block.observed)
+
+
+def _keep_now(structure: Structure, lay: Layout) -> Iterator[str]:
+    """Yield what takes in the open inputs and hands out samples, without a ring."""
+    for s in range(structure.stimuli):
+        start = f'({s} * (steps + 1) + n + 1) * stride'
+        yield from _lanes(f'work[{lay.now[s]} * L + a] = open_inputs[{start} + a % stride]')
+    width = len(structure.wanted) * LANES
+    for j, signal in enumerate(structure.wanted):
+        place = f'out[(n + 1 - first) * {width} + {j} * L + a]'
+        yield from _lanes(f'{place} = work[{lay.now[signal]} * L + a]')
+
+
+def _keep_in_ring(structure: Structure) -> Iterator[str]:
+    """Yield what puts the samples of this step into the ring, and hands out those that are."""
     yield f'after = ((n + 1) & mask) * {structure.signals * LANES}'
     for s in range(structure.stimuli):
         start = f'({s} * (steps + 1) + n + 1) * stride'
         yield from _lanes(f'ring[after + {s} * L + a] = open_inputs[{start} + a % stride]')
-    for b, block in enumerate(structure.blocks):
-        written = [(block.row, rows[b].y), *((s, rows[b].x[i]) for s, i in block.observed)]
-        for signal, row in written:
-            yield from _lanes(f'ring[after + {signal} * L + a] = work[{row} * L + a]')
+    for signal, row in _written(structure):
+        yield from _lanes(f'ring[after + {signal} * L + a] = work[{row} * L + a]')
     width = len(structure.wanted) * LANES
     for j, signal in enumerate(structure.wanted):
         place = f'out[(n + 1 - first) * {width} + {j} * L + a]'
@@ -165,20 +218,24 @@ def _own_link(
     )
 
 
-def _advance(b: int, block: LaneBlock, rows: Rows, alarm: int) -> list[str]:
-    """Return what takes one block a step on in all lanes."""
+def _advance(b: int, block: LaneBlock, rows: Rows, alarm: int) -> Iterator[str]:
+    """Yield what takes one block a step on in one lane."""
     params = ', '.join(f'work[{row} * L + a]' for row in rows.params)
     packed = f'({params},)' if block.pack is tuple else f'pack_{b}({params})'
     if not block.numbers:
         packed = '()'
     signs = ', '.join(map(repr, block.signs or (1.0,)))
-    base = ', '.join(f'work[{row} * L + a]' for row in rows.base) or '0.0'
-    slope = ', '.join(f'work[{row} * L + a]' for row in rows.slope) or '0.0'
-    x = ', '.join(f'work[{row} * L + a]' for row in rows.x)
-    watched = [] if block.model.output is first_state else [f'work[{alarm} * L + a] += y * 0.0']
-    return _lanes(
-        f'x, y = advance_{b}(({x},), ({signs},), ({base},), ({slope},), {packed}, h)',
-        *(f'work[{row} * L + a] = x[{i}]' for i, row in enumerate(rows.x)),
-        f'work[{rows.y} * L + a] = y',
-        *watched,
+    base, slope = (
+        ', '.join(
+            '0.0' if source == NOBODY else f'work[{row} * L + a]'
+            for row, source in zip(of, block.sources, strict=True)
+        )
+        or '0.0'
+        for of in (rows.base, rows.slope)
     )
+    x = ', '.join(f'work[{row} * L + a]' for row in rows.x)
+    yield f'x, y = advance_{b}(({x},), ({signs},), ({base},), ({slope},), {packed}, h)'
+    yield from (f'work[{row} * L + a] = x[{i}]' for i, row in enumerate(rows.x))
+    yield f'work[{rows.y} * L + a] = y'
+    if block.model.output is not first_state:
+        yield f'work[{alarm} * L + a] += y * 0.0'

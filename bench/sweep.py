@@ -1,0 +1,212 @@
+"""How fast a sweep is: many sets of `exact` over (k, tau) of the controller, beside a C kernel.
+
+Run ``PYTHONPATH=. python bench/sweep.py`` from the top of the repository (a minute; ``--sets
+1000000`` for the figures of docs/sweeps.md). T = 400, h = 0.05, linear hold, a verdict and the
+residual for each set. Needs numba and a C compiler for their rows. ``--same 1000`` compares so many
+random sets of five scenarios with simulate --sampled, bit by bit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from eventreg_ros import load, simulate
+from eventreg_ros.robustness.outcome import VERDICTS
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.sets import Sets
+from eventreg_ros.robustness.sweep import cores, run_sweep
+from eventreg_ros.simulation.model_time import model_times
+
+T, H, SETTLE = 400.0, 0.05, 100.0
+STEPS = round(T / H)
+LATE = model_times(STEPS, 10.0, 200.0)[round(SETTLE / H) :]
+RANGES = ('controller.k:=0.5..4', 'controller.tau:=0.04..0.2')
+PIECE = 4096
+"""Sets that the C kernel is given at a time."""
+
+
+class Row(NamedTuple):
+    """One line of the table: how many sets in how many seconds, on how many processors."""
+
+    what: str
+    sets: int
+    seconds: float
+    threads: int
+    goal: str = ''
+
+    def __str__(self) -> str:
+        pace = self.sets / self.seconds
+        steps = pace * STEPS / self.threads
+        return (
+            f'| {self.what} | {self.sets} | {self.seconds:.2f} | {1e6 / pace:.0f} | '
+            f'{steps:.2g} | {self.goal} |'
+        )
+
+
+def timed(what: str, sets: int, threads: int, work: Callable[[], object], goal: str = '') -> Row:
+    """Return the row of what ``work`` does, once."""
+    start = time.perf_counter()
+    work()
+    return Row(what, sets, time.perf_counter() - start, threads, goal)
+
+
+def plan(sets: int) -> Plan:
+    """Return the random sets that all rows run."""
+    return Plan.of(load('exact'), RANGES, sets=sets)
+
+
+def c_library(scratch: str) -> ctypes.CDLL | None:
+    """Return the C kernel, None without a compiler."""
+    compiler = shutil.which('cc')
+    if compiler is None:
+        return None
+    library, source = Path(scratch) / 'lanes.so', Path(__file__).with_name('lanes.c')
+    options = ['-O3', '-march=native', '-ffp-contract=off', '-fPIC', '-shared']
+    subprocess.run([compiler, *options, '-o', library, source, '-lm'], check=True)
+    return ctypes.CDLL(str(library))
+
+
+class Found(NamedTuple):
+    """What the C kernel finds, shape (sets,) each."""
+
+    verdict: np.ndarray
+    largest: np.ndarray
+    rms: np.ndarray
+
+
+def c_sweep(library: ctypes.CDLL, sets: int, threads: int) -> Found:
+    """Run all sets by the C kernel on so many threads; ``sets`` is a multiple of 32."""
+    k, tau = (np.ascontiguousarray(column) for column in plan(sets).design.columns(0, sets))
+    verdict, largest, rms = np.empty(sets, np.int32), np.empty(sets), np.empty(sets)
+
+    length = np.diff(LATE)
+
+    def piece(first: int) -> None:
+        count = min(PIECE, sets - first)
+        at = [ctypes.c_void_p(a[first:].ctypes.data) for a in (k, tau, verdict, largest, rms)]
+        library.lanes(
+            ctypes.c_size_t(count), *at[:2], ctypes.c_size_t(STEPS), ctypes.c_double(H),
+            ctypes.c_size_t(STEPS + 1 - len(LATE)), ctypes.c_void_p(length.ctypes.data),
+            ctypes.c_double(length.sum()), *at[2:],
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(piece, range(0, sets, PIECE)))
+    return Found(verdict, largest, rms)
+
+
+def alternated(sets: int, library: ctypes.CDLL, rounds: int = 5) -> float:
+    """Return the median of our pace over the C kernel's, one thread, turn by turn."""
+    ours, columns = Sets(plan(sets)), plan(sets).design.columns(0, sets)
+    ratios = []
+    for _ in range(rounds):
+        times = []
+        for work in (lambda: c_sweep(library, sets, 1), lambda: ours.run(columns)):
+            start = time.process_time()
+            work()
+            times.append(time.process_time() - start)
+        ratios.append(times[0] / times[1])
+    return float(np.median(ratios))
+
+
+def one_by_one(sets: int) -> None:
+    """Run sets as `eventreg simulate --sampled` does it, compiled."""
+    from eventreg_ros.simulation.sampled import simulate_sampled
+
+    ours = Sets(plan(sets))
+    for values in zip(*plan(sets).design.columns(0, sets), strict=True):
+        simulate_sampled(ours.scenario(values).loop, T, compiled=True)
+
+
+def scipy_sets(sets: int) -> None:
+    """Integrate sets with scipy's RK45 at rtol 1e-6, equations by hand, as simulate.py does it."""
+    import simulate as other
+    from scipy.integrate import solve_ivp
+
+    for _ in range(sets):
+        solve_ivp(other.equations, (0.0, T), other.X0, 'RK45', rtol=1e-6, atol=1e-9)
+
+
+def same_bits(sets: int) -> int:
+    """Return how many random sets of five scenarios differ from simulate --sampled."""
+    varied = {
+        'exact': ['controller.k:=0.3..4', 'controller.tau:=0.04..0.2', 'links.delay:=0..0.5'],
+        'mismatch': ['controller.k:=0.3..4', 'controller.adapt:=0.01..0.1', 'plant.x0[0]:=-1..1'],
+        'open': ['controller.k:=0.3..4', 'links.loss:=0..0.4', 'links.seed:={0,1,2}'],
+        'linear': ['controller.gain[0]:=-1..3', 'controller.k_y:=-1..3', 'links.jitter:=0..1'],
+        'single_neuron': ['controller.k:=0.3..4', 'exosystem.tau:=0.04..0.2', 'plant.k:=1~20%'],
+    }
+    differ = 0
+    for name, ranges in varied.items():
+        asked = Plan.of(load(name), ranges, sets=sets // len(varied))
+        ours = Sets(asked)
+        columns = asked.design.columns(0, sets // len(varied))
+        rows = ours.run(columns).rows
+        for i, values in enumerate(zip(*columns, strict=True)):
+            links = ours.impairment(values)
+            run = simulate(
+                ours.scenario(values), T, sampled=True, delay=links.delay, loss=links.loss,
+                jitter=links.jitter, seed=links.seed,
+            )  # fmt: skip
+            report, row = run.report, rows[i]
+            differ += (
+                VERDICTS[row['verdict']], row['spurious'], row['missed'], row['preserved'],
+                row['disturbance_events'], row['residual_max_abs'], row['residual_rms'],
+            ) != (
+                report.verdict, report.rejection.spurious, report.rejection.missed,
+                report.rejection.preserved, report.rejection.disturbance_events,
+                report.residual.max_abs, report.residual.rms,
+            )  # fmt: skip
+    return differ
+
+
+def main() -> None:
+    """Measure everything in one run and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--sets', type=int, default=50000)
+    parser.add_argument('--same', type=int, metavar='N')
+    args = parser.parse_args()
+    if args.same:
+        print(f'{same_bits(args.same)} of {args.same} sets differ from simulate --sampled')
+        return
+    sets, threads = args.sets // 32 * 32, cores()
+    run_sweep(plan(64))  # compiles
+    print('| what | sets | seconds | us a set | loop steps a second and core | goal |')
+    print('|---|---:|---:|---:|---:|---|')
+    for count in (sets // 100, sets // 10, sets):
+        goal = '60 s for 1,000,000 on 2 cores' if count == sets else ''
+        work = lambda n=count: run_sweep(plan(n))  # noqa: E731
+        print(timed('eventreg sweep', count, threads, work, goal), flush=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        library = c_library(scratch)
+        if library is not None:
+            work = lambda: c_sweep(library, sets, threads)  # noqa: E731
+            print(timed('C in lanes, for this loop alone', sets, threads, work, 'the limit'))
+            c, ours = (
+                c_sweep(library, 1024, 1),
+                Sets(plan(1024)).run(plan(1024).design.columns(0, 1024)),
+            )
+            same = np.array_equal(c.verdict, ours.rows['verdict'])
+            same &= np.array_equal(c.largest, ours.rows['residual_max_abs'])
+            same &= np.array_equal(c.rms, ours.rows['residual_rms'])
+            ratio = alternated(2048, library)
+            print(f'| pace over the C kernel, one core | | | | {ratio:.2f} | >= 0.9 |')
+            print(f'| the same verdicts and residuals as C, to the bit | 1024 | | | {same} | |')
+    few = max(sets // 1000, 20)
+    print(timed('one by one, compiled, without a verdict', few, 1, lambda: one_by_one(few)))
+    print(timed('scipy RK45, rtol 1e-6, without a verdict', 2, 1, lambda: scipy_sets(2)))
+
+
+if __name__ == '__main__':
+    main()
