@@ -134,7 +134,7 @@ def run(
     return dict(json.loads(said))
 
 
-def told(report: dict[str, Any]) -> str:
+def in_words(report: dict[str, Any]) -> str:
     """Return what the table shows of a report."""
     rejection, measured = report['rejection'], report['measured'].get('plant', {})
     age = f'{float(measured["u.age.p50"]) * 1e3:.0f}' if 'u.age.p50' in measured else '?'
@@ -194,7 +194,7 @@ def print_table(hosts: Hosts, args: argparse.Namespace) -> list[dict[str, Any]]:
         for qos, loss in columns:
             impairment = Impairment(delay * 1e-3, args.jitter * 1e-3, loss, order='any')
             report = attempt(hosts, impairment, scenario=args.scenario, hold=args.hold, qos=qos)
-            print(f'| {report.get("error") or told(report)} ', end='', flush=True)
+            print(f'| {report.get("error") or in_words(report)} ', end='', flush=True)
             cells.append({'delay': delay, 'loss': loss, 'qos': qos, **report})
         print(f'| {os.getloadavg()[0]:.1f} |', flush=True)
     return cells

@@ -1,4 +1,4 @@
-"""What observer and prediction bear: delay, a wrong model, a wrong lead, loss, jitter, noise.
+"""What observer and prediction tolerate: delay, a wrong model, a wrong lead, loss, jitter, noise.
 
 Run ``PYTHONPATH=. python bench/late.py`` from the top of the repository; two minutes with numba.
 Prints the tables of docs/slow_network.md, each value with its limit behind it, and ends with exit
@@ -68,7 +68,7 @@ def largest(run: Run, start: float) -> float:
 
 
 def exact_table() -> None:
-    """Print what `exact` bears without learning, and where `mismatch` ends."""
+    """Print what `exact` tolerates without learning, and where `mismatch` ends."""
     print('| delay | `exact`: verdict | largest y after 300 (limit 0.005) |\n|---|---|---|')
     for delay in (0.5, 1.0, 2.0, 4.0, 8.0, 20.0):
         found = run('exact', delay, 400.0)

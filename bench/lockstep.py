@@ -184,7 +184,7 @@ def running(
 
 
 def observed(environment: dict[str, str], seconds: float, used: Callable[[], float]) -> Speed:
-    """Return the speed that the clock node tells of, over about ``seconds``."""
+    """Return the speed that the clock node reports, over about ``seconds``."""
     import rclpy
     from diagnostic_msgs.msg import DiagnosticArray
     from rclpy.context import Context
@@ -257,8 +257,8 @@ def show(found: dict[tuple[str, str], list[Speed]]) -> None:
                 print(f'| {how} | bare | {cells} | 1 | 1 | |')
                 continue
             faster = f'{median(speeds) / median(bare[0]):.2f} ({max(speeds) / max(bare[0]):.2f})'
-            dearer = f'{median(bare[1]) / median(used):.2f} ({min(bare[1]) / min(used):.2f})'
-            print(f'| {how} | real | {cells} | {faster} | {dearer} | {goal} |')
+            costlier = f'{median(bare[1]) / median(used):.2f} ({min(bare[1]) / min(used):.2f})'
+            print(f'| {how} | real | {cells} | {faster} | {costlier} | {goal} |')
 
 
 if __name__ == '__main__':

@@ -135,7 +135,7 @@ def measure(
 def drift(bag: Path, spec: BlockSpec) -> int:
     """Return by how many steps w's model time fell behind the ROS clock from start to end.
 
-    The exosystem has no inputs, so its sample n is known to the bit: a sample's value tells which
+    The exosystem has no inputs, so its sample n is known to the bit: a sample's value says which
     step it is, its stamp which instant of the grid it was sent at. Their difference, the median
     over a hundred samples since single ones are sent late, is compared at the start and the end.
     """

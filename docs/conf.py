@@ -49,7 +49,7 @@ def read(app, docname, source):
 
 
 def inside(docname, text):
-    """Return the text without links out of the folder of pages, but for the README's install."""
+    """Return the text without links out of the folder of pages, except the README's install."""
     up = r'(?:\.\./)' * (docname.count('/') + 1)
     home = '../' * docname.count('/')
     text = re.sub(rf'\]\({up}README\.md[^)]*\)', f']({home}reference/install.md)', text)

@@ -63,7 +63,7 @@ def one_line(message: object) -> str:
 
 def complain(who: str, message: object) -> int:
     """Print ``message`` of the command ``who`` as one line; return the exit code of bad input."""
-    with contextlib.suppress(OSError):  # nobody can be told
+    with contextlib.suppress(OSError):  # nobody reads it
         print(one_line(f'{who}: {message}'), file=sys.stderr, flush=True)
     return BAD_INPUT
 
@@ -81,7 +81,7 @@ def confess(who: str, error: BaseException) -> int:
 
 
 def ros_is_missing(who: str, error: ImportError) -> str:
-    """Return what to tell a user who wants to run ``who`` where ROS cannot be imported."""
+    """Return what to say to a user who wants to run ``who`` where ROS cannot be imported."""
     return (
         f"{who} needs ROS 2 ({error}): source your ROS setup, or pip install '.[ros]' in the "
         'sources of eventreg_ros (x86_64 Linux, Python 3.10 to 3.13)'

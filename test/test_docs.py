@@ -307,7 +307,7 @@ def test_the_reference_shows_the_whole_library(reference):
 
 
 def keys(data):
-    """Yield the keys of JSON, but for the names of signals and figures."""
+    """Yield the keys of JSON, except the names of signals and figures."""
     for key, value in data.items():
         if key not in ('w', 'v', 'y', 'y_r', 'u'):
             yield key

@@ -1,4 +1,4 @@
-"""Who may import whom (docs and CONTRIBUTING tell it in words); imports inside functions count."""
+"""Who may import whom (docs and CONTRIBUTING say it in words); imports inside functions count."""
 
 import ast
 from pathlib import Path
@@ -31,7 +31,7 @@ MAY_IMPORT = {
     'api': 'session paper plots robustness analysis bags scenario theory simulation models errors',
 }
 """What each room may import of ours beside itself, by prefix. What is not here may import all but
-nodes and cli; cli itself too, but for what starts a node."""
+nodes and cli; cli itself too, except what starts a node."""
 
 GROUND = ('errors', 'files', 'interrupts')
 """What everything but these three themselves stands on."""
@@ -79,7 +79,7 @@ def imports(name, path, top_level_only=False):
 
 
 def _at_import(tree):
-    """Yield the statements that run when the module is imported, but for type checkers' ones."""
+    """Yield the statements that run when the module is imported, except type checkers' ones."""
     pending = list(tree.body)
     while pending:
         node = pending.pop()

@@ -25,7 +25,7 @@ class Change(NamedTuple):
 
 
 def changes_of(recording: Recording, time_scale: float) -> tuple[Change, ...]:
-    """Return what was changed during a recording, but for the start of its nodes."""
+    """Return what was changed during a recording, except the start of its nodes."""
     found = []
     for stamp, node, what in recording.changes:
         seconds = (stamp - recording.start) / 1e9

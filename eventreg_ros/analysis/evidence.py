@@ -28,7 +28,7 @@ WITHHOLDING = IMPAIRING | {UNSEEN, THIN, ENDS_EARLY}
 
 
 class Coverage(NamedTuple):
-    """When a signal was seen, in model time: from ``first`` to ``last``, but for ``gaps``.
+    """When a signal was seen, in model time: from ``first`` to ``last``, except ``gaps``.
 
     ``period`` is the usual time between two samples, None where there are fewer; ``not_finite``
     counts samples without a value.

@@ -14,7 +14,7 @@ CODES = {
     'second-writer': 'two sources wrote to one topic',
     'stamps-disagree': 'log and publish time of single samples differ, though those of no other do',
     'stamps-jump': 'stamps jump by more than an hour; the larger part is kept',
-    'stamps-stand-still': 'several samples of one signal bear the same stamp',
+    'stamps-stand-still': 'several samples of one signal have the same stamp',
     'stamps-off-grid': 'single stamps off the grid of all others',
     'topic-disagrees': 'data and summary name a channel differently',
     'assumed-type': 'a channel without a type was taken for Float64',

@@ -165,7 +165,7 @@ def _moving(signal: str, track: Track, notes: list[Note]) -> Track:
         good[still + 1] = False
         return track.only(good)
     text = (
-        f'the stamps of {signal} stand still: {len(still)} samples bear the stamp of the one before'
+        f'the stamps of {signal} stand still: {len(still)} samples have the stamp of the one before'
     )
     notes.append(Note('stamps-stand-still', signal, start, text))
     return track

@@ -43,7 +43,7 @@ class Table:
         return (at - self.start) % int(self.rows.shape[1]) == 0
 
     def shortened(self) -> Table | None:
-        """Return the messages but for the last one."""
+        """Return the messages except the last one."""
         return Table(self.rows[:-1], self.start) if len(self.rows) > 1 else None
 
     def counts(self) -> dict[int, int]:
@@ -89,7 +89,7 @@ class Chain:
         return i < len(self.starts) and int(self.starts[i]) == at
 
     def shortened(self) -> Chain | None:
-        """Return the messages but for the last one."""
+        """Return the messages except the last one."""
         if len(self.starts) < 2:
             return None
         return Chain(self.data, self.starts[:-1], self.starts[:-1] + self.lengths[:-1])

@@ -100,7 +100,7 @@ def _odd(late: Stamps) -> Index:
 
 
 def _plausible(series: Mapping[str, Samples]) -> bool:
-    """Whether the publish times of all signals run with the log times, but for a few of either."""
+    """Whether the publish times of all signals run with the log times, except a few of either."""
     if not all(samples.published for samples in series.values()):
         return False
     for samples in series.values():

@@ -41,7 +41,7 @@ def two_sources(values: Values) -> int | None:
 
 
 def _turning(values: Values) -> Index:
-    """Return the windows, but for the first, in which the signal turns often."""
+    """Return the windows, except the first, in which the signal turns often."""
     found = []
     for at in range(0, len(values), _BLOCK):
         steps = np.diff(values[at : at + _BLOCK + 2])

@@ -108,7 +108,7 @@ class BagWriter:
         )
 
     def _counted(self, first: int, last: int, counts: Mapping[int, int]) -> None:
-        """Tell rosbags' writer, which writes metadata.yaml, what went past it."""
+        """Report to rosbags' writer, which writes metadata.yaml, what went past it."""
         writer = self._writer
         writer.min_timestamp = min(first, writer.min_timestamp)
         writer.max_timestamp = max(last, writer.max_timestamp)
@@ -146,7 +146,7 @@ def _checked(name: str) -> str:
     """Return a scenario's name, which becomes the name of a file in the bag. Raises BagError."""
     if Path(name).name != name or name.startswith('.') or '\0' in name:
         raise BagError(
-            f'the name of a scenario must be a plain word, since a file in the bag bears it, got '
+            f'the name of a scenario must be a plain word, since it names a file in the bag, got '
             f'{name!r}; choose another'
         )
     return name

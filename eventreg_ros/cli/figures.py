@@ -44,7 +44,7 @@ def main(args: argparse.Namespace) -> int:
     if args.page is not None and 'svg' not in formats:
         raise EventregError('--page shows the svg files; add --format svg')
     if args.page is not None and args.overrides:
-        raise EventregError("--page tells of the paper's parameters; leave out --page or -p")
+        raise EventregError("--page describes the paper's parameters; leave out --page or -p")
     make_directory(args.out)
     for figure in chosen:
         drawable = compute(figure, args.overrides)

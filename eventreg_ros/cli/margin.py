@@ -1,4 +1,4 @@
-"""``eventreg margin``: how much delay, loss and jitter the loop bears. Needs no ROS.
+"""``eventreg margin``: how much delay, loss and jitter the loop tolerates. Needs no ROS.
 
 ``--json F`` writes ``{"scenario", "time_scale", "duration", "settle", "window", "seeds", "holds":
 {"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT, "delay_at_rate": LIMIT, "delay_of":

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Role:
-    """One of the four blocks of the paper's loop and what it is unless told otherwise.
+    """One of the four blocks of the paper's loop and what it is by default.
 
     ``excitatory`` and ``inhibitory`` are the signals with sigma = +1 and -1; ``x0`` is the initial
     state of the default model, in the paper's order.

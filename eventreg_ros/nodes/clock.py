@@ -104,7 +104,7 @@ class ClockNode(ManagedNode):
         return min(self.reached.values(), default=self.granted)
 
     def _move(self) -> None:
-        """Grant what may be granted, and tell the time."""
+        """Grant what may be granted, and publish the time."""
         at = self.now_at
         if at < 0 and self.reached:
             return  # somebody is not there yet
@@ -119,7 +119,7 @@ class ClockNode(ManagedNode):
             self.send(self.time_publisher, Clock(clock=now))
 
     def _watch(self) -> None:
-        """Break off when those that are behind do not say why: they may be stopped or gone."""
+        """Fail when those that are behind do not say why: they may be stopped or gone."""
         if self.stage != ACTIVE or self.fault is not None or not self.behind():
             return
         limit = self.values['lockstep_timeout'] + PATIENCE

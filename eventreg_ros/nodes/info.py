@@ -13,5 +13,5 @@ def number_of(info: dict[str, Any]) -> int | None:
 
 
 def received_at(info: dict[str, Any]) -> int:
-    """Return when a sample arrived, in nanoseconds of the system clock; now if it is not told."""
+    """Return when a sample arrived, in nanoseconds of the system clock; now if unknown."""
     return int(info['received_timestamp']) or time.time_ns()

@@ -19,8 +19,8 @@ page and its pictures are made by `make figures`; `eventreg figures --out DIR` m
 SVG and PNG at the width of a paper's column, `--data` adds the numbers of each as a csv file, and
 `-p NODE.PARAM:=VALUE` draws them for other parameters.
 
-Time is the paper's (model time). The grey part is the time to settle, in which events are not
-counted. Colours are told apart with any kind of colour vision, as are the lines without colour.
+Time is the paper's (model time). The grey area is the settling time, in which events are not
+counted. Colours are distinct with any kind of colour vision, and lines without colour.
 What the paper does not give (initial states, durations, the pulses v) is ours; see the commands.
 """
 

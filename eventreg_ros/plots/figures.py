@@ -93,7 +93,7 @@ def curves(*signals: str) -> tuple[Curve, ...]:
 
 
 def series(columns: Sequence[str], labels: Sequence[str] = ()) -> tuple[Curve, ...]:
-    """Return curves for several runs of one signal, told apart by colour and line."""
+    """Return curves for several runs of one signal, distinguished by colour and line."""
     given = labels or [''] * len(columns)
     return tuple(map(Curve, columns, given, SERIES))
 

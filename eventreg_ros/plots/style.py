@@ -1,6 +1,6 @@
 """What all pictures share: style, colour and line of each signal, marks, and how they are saved.
 
-The colours are Okabe and Ito's, told apart by readers with any kind of colour vision; signals that
+The colours are Okabe and Ito's, distinct for readers with any kind of colour vision; signals that
 share a panel also differ in their line, for print without colour. Import matplotlib only where
 something is drawn, never at the head of a module.
 """

@@ -45,7 +45,7 @@ class Setting:
         seeds: int = 5,
         rate: float | None = None,
     ) -> Setting:
-        """Return the setting that ``scenario`` asks for, but for what is given."""
+        """Return the setting that ``scenario`` asks for, except what is given."""
         limits = scenario.criteria.overridden(settle=settle, window=window)
         usual = limits.duration(400.0)
         return cls(duration or usual, limits.settle, limits.window, seeds, rate)

@@ -1,12 +1,12 @@
-"""How much delay, loss and jitter a loop bears: the most at which the verdict is still rejected.
+"""How much delay, loss and jitter a loop tolerates: the most at which it still rejects.
 
 The question is put to sampled simulations (:mod:`.trial`) with each hold in turn. Where an
 impairment is random, every one of several seeds must be rejected.
 
-Bisection takes it that a loop which bears a delay bears any shorter one. That is no law, so a
+Bisection assumes that a loop that tolerates a delay tolerates shorter ones. That is no law, so a
 coarse scan over the whole range comes first; between the scan's first failure and the value before
 it, bisection finds the edge. What lies between two values of the scan is not looked at otherwise;
-values of the scan beyond the first failure that are rejected again are told, not counted.
+values of the scan beyond the first failure that are rejected again are reported, not counted.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Limit:
-    """How much of one impairment a loop bears: delay and jitter in model time, loss as probability.
+    """How much of one impairment a loop tolerates: delay and jitter in model time, loss a share.
 
     ``largest``: the most at which all runs are rejected; None: not rejected at 0 either.
     ``fails_at``: the least beyond it that was seen to fail; None: nothing failed up to
@@ -127,7 +127,7 @@ def _impairment(kind: str, value: float) -> Impairment:
 
 
 def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit:
-    """Search the largest ``kind`` (of :data:`KINDS`) that a trial bears, the others being 0."""
+    """Search the largest ``kind`` (of :data:`KINDS`) that a trial tolerates, the others being 0."""
     scan, unit = scan_of(kind, trial.h)
     name = named(kind, trial.on)
 

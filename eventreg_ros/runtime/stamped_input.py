@@ -26,7 +26,7 @@ GAP = 1.8
 """An interval of more than this many usual periods is a gap."""
 
 FIRST = 8
-"""Intervals before the usual one is known well enough to tell a gap."""
+"""Intervals before the usual one is known well enough to recognise a gap."""
 
 FEW, PLAUSIBLE = 200, 10.0
 """So many numbers ahead, by more than this factor faster than usual, are another writer's."""

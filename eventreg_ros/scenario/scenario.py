@@ -261,7 +261,7 @@ class Scenario:
 
         ``path`` is the bag's, ``text`` the file whose text the bag shall hold, and by which the
         spike monitor judges. What the scenario
-        says of the two nodes stays, but for those.
+        says of the two nodes stays, except those.
         """
         signals = list(self.publishers)
         recorder = self.given.get('recorder', {})

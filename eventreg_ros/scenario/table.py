@@ -44,7 +44,7 @@ PRECISION = Parameter(
     'precision',
     'double',
     0.0,
-    'seconds before each tick from which on it spins (half a period at most); costs CPU',
+    'seconds before each tick during which the node busy-waits (half a period at most); costs CPU',
     low=0.0,
     high=0.01,
 )
@@ -235,7 +235,7 @@ PACE = (
         'delay_margin',
         'double',
         0.25,
-        'delay per link that the loop bears with the linear hold, model time; see eventreg margin',
+        'delay per link that the loop tolerates with the linear hold, model time (eventreg margin)',
         low=0.0,
         open_low=True,
         settable=ACTIVE,

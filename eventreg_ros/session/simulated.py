@@ -124,7 +124,7 @@ def judge(
 ) -> Report:
     """Return the report on a run: verdict, reason, evidence, rejection, signals.
 
-    By the scenario's criteria, but for those given (model time): events before ``settle`` and after
+    By the scenario's criteria, except those given (model time): events before ``settle`` and after
     ``until`` do not count; those of y and y_r match within ``window``. Raises EventregError when
     that leaves nothing of the run.
     """

@@ -102,7 +102,7 @@ def inliner() -> Whole:
 def compile_entry(function: FunctionType) -> Any:
     """Return a function that Python calls, compiled; it lets other threads run meanwhile.
 
-    What it calls must be compiled already, but for its own plain helpers. It may have no closure;
+    What it calls must be compiled already, except its own plain helpers. It may have no closure;
     its machine code is kept for the next process. Raises EventregError when there is no numba.
     """
     njit = _need_njit()

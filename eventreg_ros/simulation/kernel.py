@@ -2,7 +2,7 @@
 
 It is put together from the very functions that a node calls (:func:`.block.make_advance`,
 :func:`.hold.line`), so it gives the same bits. It knows
-nothing of delay or loss: two tables tell it which samples each link has at each step.
+nothing of delay or loss: two tables say which samples each link has at each step.
 """
 
 from __future__ import annotations

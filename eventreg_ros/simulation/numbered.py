@@ -60,7 +60,7 @@ class Numbered(Protocol):
     def without_delay(self, spec: BlockSpec, published: Collection[str]) -> list[BlockSpec]:
         """Return the ordinary blocks that do the same where no link is late.
 
-        The first bears the name of ``spec``. Inputs that are not ``published`` count as 0.
+        The first has the name of ``spec``. Inputs that are not ``published`` count as 0.
         """
 
 

@@ -186,5 +186,5 @@ def _induced(driven: Certificate, quiet: Certificate) -> Certificate:
     elif quiet.status == 'fail' or quiet.numbers.get('oscillates'):
         induced, text = 'pass', 'It contracts with its inputs and not without: they induce it.'
     else:
-        text = 'It contracts with its inputs; whether it does without them is not told.'
+        text = 'It contracts with its inputs; whether it does without them is not known.'
     return Certificate('loop', 'input_induced_contraction', induced, driven.value, EXPONENT, text)

@@ -14,7 +14,7 @@ necessary as well as sufficient. For k_y /= 0 the paper gives no condition.
 
 The paper's eq. (eq.ss) reads x_cl = Pi w with a Pi of shape (2, 1). The closed loop has three
 states and the exosystem two, so it is x_cl = Pi x_W with a Pi of shape (3, 2), as here: the present
-value of w alone does not tell where on its orbit the exosystem is.
+value of w alone does not say where on its orbit the exosystem is.
 """
 
 from __future__ import annotations

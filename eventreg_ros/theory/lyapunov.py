@@ -50,7 +50,7 @@ class Exponent:
 
     ``half_width`` is that of the 95 % confidence interval from the scatter of ``blocks``, the
     estimates of equal consecutive stretches, but at least 1 / ``time``: a rate below that changes a
-    perturbation by less than a factor e over the whole run, and is not told from 0.
+    perturbation by less than a factor e over the whole run, and is indistinguishable from 0.
     """
 
     value: float

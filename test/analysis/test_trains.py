@@ -137,7 +137,7 @@ def test_a_drifting_phase_turns_evenly_and_is_not_locked():
     found = phase(t, beats)
     turned = np.diff(found.cycles) % 1.0
     assert turned == pytest.approx(0.01, abs=1e-9)
-    assert found.locking < 0.02  # a whole turn but for one step
+    assert found.locking < 0.02  # a whole turn except one step
 
 
 def test_only_events_between_two_beats_have_a_phase():

@@ -58,7 +58,7 @@ def test_errors_of_several_lines_are_told_in_one(capsys):
 
 
 class Verb:
-    """A verb that ends as it is told."""
+    """A verb that ends in a given way."""
 
     def __init__(self, end):
         self.end = end

@@ -176,12 +176,12 @@ def test_the_diagnostics_say_what_it_did(line):
     relay.send(range(60))
     wire = relay.node.wire
 
-    def told():
+    def reported():
         found = [{v.key: v.value for v in s.values} for a in said for s in a.status]
         return [values for values in found if values.get('sent') == str(wire.sent)]
 
-    relay.bench.until(told)
-    values = told()[0]
+    relay.bench.until(reported)
+    values = reported()[0]
     counts = ('received', 'dropped', 'duplicated', 'overtaken', 'in_flight')
     assert {name: int(values[name]) for name in counts} == {
         'received': 60,

@@ -190,7 +190,7 @@ def test_a_loop_that_is_slow_is_not_stopped(bench, lockstep, grant):
     y = bench.peer.create_publisher(Float64, 'y', LOCKSTEP_SIGNAL.qos)
     bench.until(lambda: controller.matches()['y.publishers'] == 1)
     grant(100)
-    for _ in range(5):  # longer than the limit in all, and fewer steps than are told by count
+    for _ in range(5):  # longer than the limit in all, and fewer steps than are reported by count
         y.publish(Float64(data=0.0))
         bench.spin(0.5)
     assert controller.n == 5

@@ -19,7 +19,7 @@ WARN = DiagnosticStatus.WARN
 
 @pytest.fixture
 def plant(bench):
-    """A foreign plant: it sends y = 0 every 5 ms, unless told otherwise; u is kept."""
+    """A foreign plant: it sends y = 0 every 5 ms, by default; u is kept."""
 
     class Plant:
         def __init__(self):

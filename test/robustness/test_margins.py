@@ -91,7 +91,7 @@ def test_a_delay_outside_the_loop_is_borne_without_end():
 
 def test_bisection_finds_what_trying_every_delay_finds():
     # k_y and the gain move the edge, so that it is not always at the same place of the scan
-    for overrides in ([], ['controller.gain:=[0.5, 0]'], ['controller.k_y:=0.2']):
+    for overrides in ([], ['controller.gain:=[0.5, 0.0]'], ['controller.k_y:=0.2']):
         tested = trial('linear', 'zero', 0.05, Setting(duration=300.0), *overrides)
         every = [tested.rejected(Impairment(delay=0.05 * k)) for k in range(21)]
         first = every.index(False)
@@ -115,8 +115,8 @@ def test_the_delay_margins_are_in_the_brackets(name, low, high):
 
 
 def test_margins_asks_for_each_hold_and_kind_at_its_rate():
-    setup, told = scenario.load('linear'), []
-    found = margins(setup, Setting(duration=200.0, seeds=1), told.append)
+    setup, shown = scenario.load('linear'), []
+    found = margins(setup, Setting(duration=200.0, seeds=1), shown.append)
     cases = [(kind, None) for kind in (*KINDS, 'delay')]
     cases += [('delay', signal) for signal in 'wyu']
     wanted = [(hold, *case) for hold in ('zero', 'linear') for case in cases]
@@ -127,8 +127,8 @@ def test_margins_asks_for_each_hold_and_kind_at_its_rate():
         again = Evaluator(setup, x.hold, x.rate, Setting(duration=200.0, seeds=1))
         assert again.rejected(Impairment(**{x.kind: x.largest}))
         assert not again.rejected(Impairment(**{x.kind: x.fails_at}))
-    assert f'zero hold, delay {found[0].largest:g}: rejected' in told
-    assert f'zero hold, delay {found[0].fails_at:g}: not rejected' in told
+    assert f'zero hold, delay {found[0].largest:g}: rejected' in shown
+    assert f'zero hold, delay {found[0].fails_at:g}: not rejected' in shown
 
 
 def test_the_rate():

@@ -74,7 +74,7 @@ def test_driven_scalar():
 
 
 def test_fast_decay_is_not_lost_in_the_tolerance():
-    """Within 5 units dx would fall to e^-200; the slower of two directions is still told apart."""
+    """Within 5 units dx would fall to e^-200; the slower direction still shows."""
 
     def flow(_, x, dx):
         a, b = -40.0, -41.0

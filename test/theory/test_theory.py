@@ -33,7 +33,7 @@ def test_largest_eigenvalue_is_the_supremum_over_the_states(k, tau):
 
 
 @pytest.mark.parametrize(('k', 'tau'), GRID)
-def test_rate_is_the_largest_that_the_inequality_bears(k, tau):
+def test_rate_is_the_largest_that_the_inequality_allows(k, tau):
     """P Df + Df' P + 2 lambda P <= 0 at every state, and not for a lambda that is any larger."""
     metric, rate = np.diag([1.0, 1.0 / tau]), contraction(k, tau).rate
 
