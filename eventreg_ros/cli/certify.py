@@ -36,7 +36,7 @@ TITLES = {
     'francis': ('steady state (Francis)', 'amplitude of y per amplitude of w'),
     'wiring': ('wiring', ''),
     'learning': ('learning', 'predicted rate'),
-    'gain_and_delay': ('gain and delay', 'delay margin about'),
+    'gain_and_delay': ('gain and delay', 'predicted delay margin'),
     'exponent_driven': (EXPONENT, ''),
     'exponent_driven_by_v': (EXPONENT, ''),
     'exponent_quiet': (EXPONENT, ''),

@@ -10,6 +10,7 @@ from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 
 from ..errors import ModelError
+from .hodgkin_huxley import HODGKIN_HUXLEY, HODGKIN_HUXLEY_OSCILLATOR
 from .linear import HARMONIC, INTERNAL_MODEL, LAG
 from .model import Model
 from .morris_lecar import MORRIS_LECAR, MORRIS_LECAR_OSCILLATOR
@@ -26,10 +27,16 @@ LINEAR = {
 }
 """What ``model: linear`` means in each role (the paper's linear motif)."""
 
-ALIKE = {model.name: model for model in (NEURON, OSCILLATOR, MORRIS_LECAR, MORRIS_LECAR_OSCILLATOR)}
+OTHERS = (
+    MORRIS_LECAR,
+    MORRIS_LECAR_OSCILLATOR,
+    HODGKIN_HUXLEY,
+    HODGKIN_HUXLEY_OSCILLATOR,
+)
+ALIKE = {model.name: model for model in (NEURON, OSCILLATOR, *OTHERS)}
 """Our models that are the same in every role."""
 
-BUILT_IN = ('neuron', 'oscillator', 'linear', 'morris_lecar', 'morris_lecar_oscillator')
+BUILT_IN = ('neuron', 'oscillator', 'linear', *(model.name for model in OTHERS))
 
 
 def model_names() -> tuple[str, ...]:

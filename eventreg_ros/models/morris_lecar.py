@@ -15,6 +15,7 @@ import math
 from typing import NamedTuple
 
 from .model import Model, ModelParameter, Params, State, first_state
+from .rest import lowest_root
 
 
 class Membrane(NamedTuple):
@@ -71,18 +72,12 @@ PLANT_CURRENT, OSCILLATOR_CURRENT = 60.0, 100.0
 def rest(current: float, constants: tuple[float, ...]) -> float:
     """Return the lowest voltage (mV) at which a neuron with ``current`` is in equilibrium.
 
-    ``constants`` are the values of :data:`CONSTANTS`. It is found by bisection to the last bit.
+    ``constants`` are the values of :data:`CONSTANTS`.
     """
     p = Membrane(0.0, 1.0, current, 0.0, *constants)
-    low = min(p.v_k, p.v_l, p.v_ca) - abs(current) / p.g_l - 1.0
-    high = max(p.v_k, p.v_l, p.v_ca) + abs(current) / p.g_l + 1.0
-    steps = 4000  # finer than any two equilibria of a neuron that can spike are apart
-    width = (high - low) / steps
-    crossing = next(i for i in range(1, steps + 1) if _balance(low + i * width, p) <= 0.0)
-    low, high = low + (crossing - 1) * width, low + crossing * width
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if _balance(middle, p) > 0.0 else (low, middle)
-    return low
+    reversal = (p.v_k, p.v_l, p.v_ca)
+    far = abs(current) / p.g_l + 1.0
+    return lowest_root(lambda v: _balance(v, p), min(reversal) - far, max(reversal) + far)
 
 
 def _balance(v: float, p: Membrane) -> float:

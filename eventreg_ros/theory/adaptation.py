@@ -7,18 +7,12 @@ from collections.abc import Sequence
 from ..control.adaptive import GAIN, LARGEST, fixed
 from ..models.neuron import NEURON, OSCILLATOR
 from ..simulation.block import BlockSpec
-from .averaging import learning_rate
+from .averaging import delay_margin, learning_rate
 from .certificates import Certificate, Number
 from .lemmas import Status
 
 PREDICTED = 'rate at which a small ln(tau / tau_w) is predicted to fade, per unit of model time'
-DELAY = 'delay per link that is tolerated with the exact tau and the zero hold, model time'
-
-RULE = 0.8
-"""Delay margin times k, with the exact tau and the zero hold: 0.6 to 0.8 for k from 1 to 8.
-
-A k below 1 tolerates no more than 0.8 either.
-"""
+DELAY = 'delay per link that averaging predicts for the exact tau and the zero hold, model time'
 
 HIGH = 1.5
 """The k from which on a wrong tau has cost no event, for 1/tau_w from 1.2 to 200."""
@@ -84,13 +78,13 @@ def gain_and_delay(
     alone = fixed(controller)
     if alone.model is not OSCILLATOR or plant is None or plant.model is not NEURON:
         return None
-    k = alone.params[0]
-    if k <= 0.0:
+    (k, tau), (k_p, tau_p) = alone.params[:2], plant.params[:2]
+    if not (k > 0.0 and tau < 1.0):
         return None
-    value = min(RULE / k, RULE)
+    value = delay_margin(k, tau, k_p, tau_p)
     text = (
-        f'k = {k:.6g} tolerates a delay of about {value:.2g} per link (rule of thumb: {RULE:g}/k, '
-        f'at most {RULE:g}; eventreg margin measures it).'
+        f'k = {k:.6g}: averaging predicts that a delay of {value:.2g} per link is tolerated; the '
+        'loop does 0.8 to 1 times that, about 0.8/k (eventreg margin measures it).'
     )
     if controller.model.learned:
         text += ' It learns tau, so that a small k is enough: half the k, twice the delay.'
