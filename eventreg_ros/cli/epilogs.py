@@ -57,7 +57,7 @@ examples:
   eventreg new mine.yaml --from open""",
     'set': """\
 examples:
-  eventreg set controller.tau 0.0625                  on the run that goes on here
+  eventreg set controller.tau 0.0625                  on the run of this machine
   ROS_DOMAIN_ID=5 eventreg set controller.k 3         on the nodes of a domain""",
     'deactivate': """\
 examples:

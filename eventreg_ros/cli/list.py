@@ -17,5 +17,5 @@ def main(args: argparse.Namespace) -> int:
     width = max(map(len, names))
     for name in names:
         print(f'{name:<{width}}  {summary(name)}')
-    print(f'\nThe files are in {config_directory()}; begin with: eventreg new mine.yaml')
+    print(f'\nThe files are in {config_directory()}; start with: eventreg new mine.yaml')
     return 0

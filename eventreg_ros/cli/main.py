@@ -24,9 +24,9 @@ VERBS = {
     'figures': "draw the paper's figures, and those that it argues in words",
     'list': 'list the shipped scenarios, a line each',
     'new': 'write a commented scenario file to begin with',
-    'set': 'set a parameter of the loop that runs',
-    'activate': 'switch a node of the loop that runs on',
-    'deactivate': 'switch a node of the loop that runs off',
+    'set': 'set a parameter of the running loop',
+    'activate': 'switch on a node of the running loop',
+    'deactivate': 'switch off a node of the running loop',
     'node': 'run one node, as ros2 run eventreg_ros NODE does',
 }
 """Each verb is a module beside this one; it has ``add_arguments(parser)`` and ``main(args)``."""

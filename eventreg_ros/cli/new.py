@@ -35,7 +35,9 @@ def main(args: argparse.Namespace) -> int:
     """Write the file and return 0."""
     file: Path = args.file
     if file.suffix not in ('.yaml', '.yml'):
-        raise EventregError(f'{file} must end in .yaml, so that commands know it for a scenario')
+        raise EventregError(
+            f'{file} must end in .yaml, so that commands recognise it as a scenario'
+        )
     if file.exists():
         raise EventregError(f'{file} exists already; remove it or name another file')
     need_writable(file)

@@ -73,7 +73,7 @@ VERDICT = Topic(
     meaning='spike_monitor, once a second: the verdict so far, its evidence, the margin used',
 )
 DIAGNOSTICS = Topic(
-    '/diagnostics', DiagnosticArray, 100, meaning='every node, once a second: how it is'
+    '/diagnostics', DiagnosticArray, 100, meaning='every node, once a second: its state and figures'
 )
 PARAMETER_EVENTS = Topic(
     '/parameter_events', ParameterEvent, 1000, meaning='every node: which parameters were set'

@@ -55,8 +55,8 @@ LEARNING = PaperFigure(
 SEPARATING = PaperFigure(
     'separating',
     BEYOND,
-    'Two generators that nobody knows, and a bank of two adaptive controllers that hear the same '
-    'y. Each finds a generator of its own: u goes to w, u_2 to w_2, and y, which answers both, '
+    'Two unknown generators, and a bank of two adaptive controllers that hear the same '
+    'y. Each finds a generator of its own: u goes to w, u_2 to w_2, and y, which responds to both, '
     'to 0.',
     {'': Case('unknown')},
     900.0,

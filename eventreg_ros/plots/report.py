@@ -178,7 +178,7 @@ def _follows(run: ReportPage, plant: PlantReport) -> str:
         return ''
     size = plant.synchronisation
     caption = (
-        'Above: the disturbance w, wide, and on top of it, min_max_decimate, the control action u. '
+        'Above: the disturbance w, wide, and on top of it, thin, the control action u. '
         f'Below: their distance, after settling at most {number(size.max_abs)}, '
         f'rms {number(size.rms)}.'
     )

@@ -113,7 +113,7 @@ def _need_verdict(scenario: Scenario, setting: Setting) -> Evaluator:
     trial.prepare([PERFECT])
     if trial.verdict() == 'undecided':
         raise EventregError(
-            f'scenario {scenario.name} has no verdict to find the margin of, even without delay: '
+            f'scenario {scenario.name} has no verdict, so no margin, even without delay: '
             f'w has too few events between {setting.settle:g} and {setting.duration:g} of model '
             f'time; take a longer --duration or a scenario with a disturbance'
         )

@@ -154,7 +154,7 @@ class Client:
         asked = {node: GetState.Request() for node in refused}
         for node, response in self._call(GetState, 'get_state', asked, seconds).items():
             if response.current_state.id != _REACHED[transition]:
-                raise EventregError(f'{node} could not be started; its message stands above')
+                raise EventregError(f'{node} could not be started; see its message above')
 
     def set_parameter(self, node: str, name: str, value: object, seconds: float = 30.0) -> None:
         """Set one parameter of ``node``. Raises EventregError when it refuses."""

@@ -48,7 +48,7 @@ def announced(
 
 
 def runs() -> list[Running]:
-    """Return the runs that go on, the oldest first."""
+    """Return the active runs, the oldest first."""
     found = []
     with suppress(OSError):
         for file in sorted(_home().glob('*.json'), key=lambda f: f.stat().st_mtime):
@@ -58,7 +58,7 @@ def runs() -> list[Running]:
 
 
 def the_run() -> Running | None:
-    """Return the one run that goes on; None where ROS_DOMAIN_ID says whom to reach, or none does.
+    """Return the one active run; None where ROS_DOMAIN_ID says whom to reach, or none does.
 
     Raises EventregError when there are several.
     """
@@ -70,7 +70,9 @@ def the_run() -> Running | None:
             f'{run.scenario} on ROS_DOMAIN_ID={run.environment.get("ROS_DOMAIN_ID", "0")}'
             for run in found
         )
-        raise EventregError(f'several runs go on ({which}); choose one: export its ROS_DOMAIN_ID')
+        raise EventregError(
+            f'several runs are active ({which}); choose one: export its ROS_DOMAIN_ID'
+        )
     return found[0] if found else None
 
 

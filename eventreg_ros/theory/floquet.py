@@ -71,7 +71,7 @@ def floquet(loop: Loop, *, perturbed: Sequence[str] = PERTURBED) -> Floquet:
     names = [name for name, spec in loop.blocks.items() if spec.role == 'exosystem']
     driven = any(name in names for name, _ in loop.links)
     if len(names) != 1 or driven or loop.stimuli:
-        raise AperiodicError('multipliers need one exosystem that hears nobody, and no stimulus')
+        raise AperiodicError('multipliers need one exosystem without inputs, and no stimulus')
     need_jacobians(loop)
     tangent = Tangent(loop)
     roles = [spec.role for spec in loop.blocks.values() for _ in spec.x0]
@@ -95,7 +95,7 @@ def _integrate(slope: Any, x: Array, end: float, **more: Any) -> Any:
     with np.errstate(all='ignore'):
         found = solve_ivp(counted, (0.0, end), x, 'DOP853', rtol=RTOL, atol=ATOL, **more)
     if not (found.success and np.isfinite(found.y).all()):
-        raise AperiodicError('the solution leaves every bound; choose gentler parameters')
+        raise AperiodicError('the solution diverges; choose gentler parameters')
     return found
 
 
@@ -144,7 +144,7 @@ def _shoot(tangent: Tangent, x: Array, period: float, others: Sequence[int]) -> 
             return monodromy
         x = x.copy()
         x[others] += np.linalg.lstsq(np.eye(len(others)) - monodromy, gap)[0]
-    raise AperiodicError('the loop does not answer with the period of w')
+    raise AperiodicError('the loop does not respond with the period of w')
 
 
 def _over_a_period(

@@ -178,7 +178,7 @@ def _segment(
     z, n = _integrate(flow, weight, x, dx, start, end), len(x)
     if not (np.isfinite(z).all() and np.abs(z[:n]).max() < BOUND):
         raise UnboundedError(
-            f'the solution leaves every bound before t = {end:g} (model time); '
+            f'the solution diverges before t = {end:g} (model time); '
             f'choose parameters that keep it bounded'
         )
     length = float(np.linalg.norm(z[n:-1]))

@@ -94,7 +94,7 @@ def test_what_teaches_is_positive_and_that_of_a_filter_in_time():
         (['open'], 'no stimulus'),
         (['exact', 'exosystem.model:=neuron', 'exosystem.x0:=[1.0, 0.0]'], 'at rest'),
         (['exact', 'exosystem.tau:=1.2'], 'not periodic'),  # it fades like 1 / sqrt(t)
-        (['exact', 'controller.k:=0.1', 'exosystem.tau:=0.05'], 'does not answer with the period'),
+        (['exact', 'controller.k:=0.1', 'exosystem.tau:=0.05'], 'does not respond with the period'),
     ],
 )
 def test_without_a_periodic_solution_there_are_none(overrides, words):
