@@ -14,6 +14,7 @@ from ..bags.finding import Finding
 from ..control.adaptive import GAIN, LARGEST
 from ..scenario import Scenario
 from ..simulation.block import BlockSpec
+from .changes import Change
 from .signal import NOTHING, Array, Signals
 
 LOCKED = 0.05
@@ -30,7 +31,7 @@ class Learner(NamedTuple):
     """An adaptive controller as it is judged: what it publishes, and what there is to learn.
 
     ``signal`` carries ``parameter``; ``gain`` is that of the learning; ``generators`` are the
-    exosystems with their values of the parameter at the start of the run.
+    exosystems with their values of the parameter.
     """
 
     controller: str
@@ -82,6 +83,32 @@ def _values(
         known = parameter in (each.name for each in spec.model.parameters)
         if spec.role == 'exosystem' and known and scenario.name_of(name).namespace == home:
             yield name, float(scenario.nodes[name][parameter])
+
+
+def after(learners: Iterable[Learner], changes: Iterable[Change]) -> tuple[Learner, ...]:
+    """Return the learners with the generators as they are after the last of ``changes``."""
+    set_to = {}
+    for change in changes:
+        parameter, _, text = change.what.partition(':=')
+        if (value := _positive(text)) is not None:
+            set_to[change.node.strip('/'), parameter] = value
+    return tuple(
+        each._replace(
+            generators=tuple(
+                (node, set_to.get((node, each.parameter), value)) for node, value in each.generators
+            )
+        )
+        for each in learners
+    )
+
+
+def _positive(text: str) -> float | None:
+    """Return the number that ``text`` is, if it is positive and finite."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if 0.0 < value < math.inf else None
 
 
 def learned(signals: Signals, learners: Iterable[Learner]) -> tuple[Learned, ...]:

@@ -15,7 +15,7 @@ from .changes import Change
 from .decision import Decision, PlantDecision, decide, summary
 from .events import Rises, rises
 from .evidence import Coverage, Evidence, coverage_of, gather
-from .learning import Learned, learned
+from .learning import Learned, after, learned
 from .learning import findings as learning_findings
 from .rejection import NOT_REJECTED, REJECTED, UNDECIDED, Outcomes, Rejection
 from .signal import NOTHING, Signal, Signals, Size, Span, difference, ordered, size, together, total
@@ -124,8 +124,9 @@ def judge(
     plants = decide(subject, events, evidence, lenient=lenient)
     reports = tuple(_report(each, signals, span) for each in plants)
     decision: Decision = summary(plants)
-    found_out = learned(signals, subject.learners)
-    said = learning_findings(subject.learners, found_out, decision.rejection.spurious)
+    learners = after(subject.learners, changes)
+    found_out = learned(signals, learners)
+    said = learning_findings(learners, found_out, decision.rejection.spurious)
     evidence = replace(evidence, warnings=(*evidence.warnings, *said))
     given = timings or {}
     return Report(

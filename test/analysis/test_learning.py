@@ -7,6 +7,7 @@ import pytest
 
 from eventreg_ros import load, simulate
 from eventreg_ros.analysis import learning
+from eventreg_ros.analysis.changes import Change
 from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.analysis.report_json import as_json
 from eventreg_ros.analysis.report_table import table
@@ -80,6 +81,17 @@ def test_a_gain_that_need_not_converge_and_no_generator_are_warnings():
     assert codes(alone) == ['no-generator']
     assert alone.report.learned[0].value is None
     assert codes(simulate(load('exact', LEARNS), 150.0)) == []
+
+
+def test_a_generator_that_was_changed_is_known_as_it_is_now():
+    slow = load('exact', 'controller.k:=1', LEARNS)
+    run = simulate(slow, 700.0, sampled=True, at=['300:exosystem.tau:=0.05'])
+    (found,) = run.report.learned
+    assert found.value == 0.05
+    assert 300.0 < found.locked_at < 500.0
+    again = learning.after(learning.learners_of(slow), [Change(1.0, '/exosystem', 'tau:=0.04')])
+    assert again[0].generators == (('exosystem', 0.04),)
+    assert learning.after(again, [Change(1.0, 'exosystem', 'deactivate')]) == again
 
 
 def test_what_is_judged_can_be_a_key():
