@@ -48,6 +48,14 @@ $(VENV)/docs: $(VENV)/installed
 figures: $(VENV)/installed
 	$(BIN)/eventreg figures --out docs/figures --format svg --page docs/gallery.md
 	$(BIN)/eventreg margin exact --plot docs/figures/margin_exact.svg
+	$(BIN)/eventreg sweep exact -p controller.k:=0.5..4/60 -p controller.tau:=1/25..1/5/60log \
+		--plot docs/figures/sweep_map.svg
+	$(BIN)/eventreg sweep exact -p exosystem.tau:=1/25..1/6/200log -p controller.k:=0.5..2/200 \
+		--duration 600 --border exosystem.tau,controller.k --plot docs/figures/sweep_border.svg
+	$(BIN)/eventreg sweep exact -p links.delay:=0..0.8/17 -p links.loss:=0..0.95/20 \
+		--plot docs/figures/sweep_links.svg
+	$(BIN)/eventreg sweep exact -p controller.k:=1~10% -p controller.tau:=1/12~10% \
+		-p plant.k:=1~10% -p plant.tau:=1/11~10% --sets 20000 --plot docs/figures/sweep_yield.svg
 
 # The picture of README.md: a real run over DDS, the controller switched off and on again.
 picture: $(VENV)/installed

@@ -104,7 +104,7 @@ def test_every_command_that_is_quoted_parses(text, words, capsys, tmp_path, monk
     code, args = parsed(verb, words)
     assert code == 0, capsys.readouterr().err
     if verb == 'sweep' and args.scenario in shipped():
-        Plan.of(load(args.scenario), args.overrides, sets=args.sets)
+        Plan.of(load(args.scenario), args.overrides, sets=args.sets or (1 if args.worst else None))
     elif getattr(args, 'scenario', None) in {*shipped(), *written} and hasattr(args, 'overrides'):
         implicit = ('spike_monitor', 'recorder', 'clock') if verb == 'run' else ()
         load_scenario(args, implicit).with_links(getattr(args, 'links', ()))

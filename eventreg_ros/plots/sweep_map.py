@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 SIZE = (6.4, 2.9)
 """Inches."""
 
+FINE = 100
+"""Cells beyond which a map is drawn as an image, in vector formats too."""
+
 KINDS = (
     ('rejected', BLUE),
     ('undecided', GREY),
@@ -58,10 +61,10 @@ def _maps(columns: Mapping[str, Array], names: Sequence[str], title: str) -> Any
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
         colours = ListedColormap([colour for _, colour in KINDS])
         left.pcolormesh(x, y, kind, cmap=colours, vmin=0, vmax=3, shading='nearest',
-                        rasterized=kind.size > 4000)  # fmt: skip
+                        rasterized=kind.size > FINE)  # fmt: skip
         drawn = right.pcolormesh(x, y, size, cmap='cividis', shading='nearest',
                                  norm=LogNorm(max(np.nanmin(size), 1e-6), np.nanmax(size)),
-                                 rasterized=kind.size > 4000)  # fmt: skip
+                                 rasterized=kind.size > FINE)  # fmt: skip
         figure.colorbar(drawn, ax=right, pad=0.02)
         left.set_title('verdict', loc='left')
         right.set_title('largest |y - y_r| after settling', loc='left')
@@ -134,7 +137,8 @@ def draw_border(
         for rejected, colour, word in ((True, BLUE, 'rejected'), (False, ORANGE, 'not rejected')):
             if points[rejected]:
                 x, y = np.array(points[rejected]).T
-                axis.plot(x, y, '.', color=colour, markersize=2.5, markeredgewidth=0.0, label=word)
+                axis.plot(x, y, '.', color=colour, markersize=2.5, markeredgewidth=0.0, label=word,
+                          rasterized=len(x) > FINE)  # fmt: skip
         for curve in curves:
             axis.plot(*curve.T, color=BLACK, linewidth=1.2)
         axis.set_xlabel(names[0])

@@ -4,7 +4,7 @@
     {a,b,c}      these                         A..B         drawn uniformly
     A..Blog      drawn uniformly in log        VALUE~P%     normal, standard deviation P % of VALUE
 
-A and VALUE may be fractions (1/25..0.2/50); B too where N follows (1/25..1/5/50).
+VALUE may be a fraction, and A and B both (1/25..1/6, 1/25..1/6/20).
 
 The last three are laws: they need a number of sets. ``links`` in the place of a node are all links
 of the loop (``links.delay``, ``links.jitter`` in model time, ``links.loss``, ``links.seed``).
@@ -31,9 +31,9 @@ LINKS = 'links'
 OF_LINKS = ('delay', 'loss', 'jitter', 'seed')
 
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
-_END = rf'{_NUMBER}(?:/{_NUMBER}(?=/))?'
-"""A number, or a fraction before a further /."""
-_RANGE = re.compile(rf'({_NUMBER}(?:/{_NUMBER})?)\.\.({_END})(?:/(\d+))? ?(log)?')
+_FRACTION = r'[-+]?\d+/\d+'
+_RANGE = re.compile(rf'({_NUMBER})\.\.({_NUMBER})(?:/(\d+))? ?(log)?')
+_RANGE_OF_FRACTIONS = re.compile(rf'({_FRACTION})\.\.({_FRACTION}|{_NUMBER})(?:/(\d+))? ?(log)?')
 _SPREAD = re.compile(rf'({_NUMBER}(?:/{_NUMBER})?)~({_NUMBER})%')
 _NAME = re.compile(r'(/\*\*|[^.:\s]+)\.([^:\s[\]]+)(?:\[(\d+)\])?')
 
@@ -125,7 +125,7 @@ def _values(spec: str, text: str) -> dict[str, Any] | None:
     if found := _SPREAD.fullmatch(spec):
         value, percent = _number(found[1], text), float(found[2])
         return {'low': value, 'spread': abs(value) * abs(percent) / 100.0}
-    if not (found := _RANGE.fullmatch(spec)):
+    if not (found := _RANGE.fullmatch(spec) or _RANGE_OF_FRACTIONS.fullmatch(spec)):
         return None
     low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
     if log and not 0.0 < low * high < np.inf:
