@@ -52,17 +52,18 @@ def _pack_oscillator(k: float, drive_gain: float, current: float, i_rest: float)
     return Axon(k, drive_gain, current, rest(i_rest))
 
 
+def _bounded(a: float) -> float:
+    """Return ``a`` such that e^a does not overflow: a state that explodes is found elsewhere."""
+    return 300.0 if a > 300.0 else -300.0 if a < -300.0 else a
+
+
 def _exp(a: float) -> float:
-    """Return e^a, of an argument that cannot overflow: a state that explodes is found elsewhere."""
-    return math.exp(300.0 if a > 300.0 else -300.0 if a < -300.0 else a)
+    return math.exp(_bounded(a))
 
 
 def _linoid(v: float, width: float) -> float:
     """Return v / (1 - e^(-v/width)), which at v = 0 is ``width``."""
-    a = v / width
-    if -1e-6 < a < 1e-6:
-        return width * (1.0 + 0.5 * a)
-    return v / (1.0 - _exp(-a))
+    return width if v == 0.0 else -v / math.expm1(_bounded(-v / width))
 
 
 def gates(v: float) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
