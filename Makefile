@@ -11,8 +11,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 demo: $(VENV)/installed
 	@echo 'The closed loop of the paper as ROS nodes: 40 s in real time, then the verdict.'
 	@rm -rf build/demo build/demo.html && mkdir -p build
-	@$(BIN)/eventreg run exact --bag build/demo; code=$$?; \
-	$(BIN)/eventreg analyze build/demo --report build/demo.html > build/demo.txt; \
+	@$(BIN)/eventreg run exact --bag build/demo --report build/demo.html; code=$$?; \
 	echo 'Open build/demo.html to see it.'; exit $$code
 
 test: lint

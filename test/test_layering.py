@@ -1,6 +1,7 @@
 """Who may import whom (docs and CONTRIBUTING say it in words); imports inside functions count."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -122,6 +123,17 @@ def allowed(name, part, own):
 
 def test_no_import_goes_against_the_arrows():
     assert sorted(violations()) == []
+
+
+def test_contributing_says_the_same():
+    text = (PACKAGE.parent / 'CONTRIBUTING.md').read_text(encoding='utf-8')
+    rows = re.findall(r'^\| `(\w+)(?:/|\.py)` \|[^|]+\| ([^|]+) \|$', text, re.MULTILINE)
+    said = {room: set(may.split(', ')) - {'nothing'} for room, may in rows if room != 'cli'}
+    ground = set(GROUND)
+    meant = {room: set(may.split()) - ground for room, may in MAY_IMPORT.items()}
+    assert said == {room: may for room, may in meant.items() if room not in ground}
+    rooms = {path.name for path in PACKAGE.iterdir() if (path / '__init__.py').exists()}
+    assert rooms == {room for room, _ in rows} - {'api'}
 
 
 def test_every_part_that_is_meant_exists():
