@@ -340,3 +340,13 @@ def test_the_layouts_show_topics_that_there_are():
     topics = {*SIGNALS, *(f'spikes/{signal}/count' for signal in ('w', 'u', 'y'))}
     assert curves == {f'/{topic}/data' for topic in topics}
     assert paths == {f'/{topic}.data' for topic in topics} | {'1.0'}
+
+
+def test_every_file_that_a_page_names_is_there():
+    missing = []
+    for page in [*PAGES, ROOT / 'CONTRIBUTING.md']:
+        text = re.sub(r'^ *```.*?^ *```', '', page.read_text(encoding='utf-8'), flags=re.S | re.M)
+        for path in re.findall(r'`((?:\w+/)+\w+\.(?:py|c|json|xml))\b', text):
+            if not any((home / path).exists() for home in (ROOT, ROOT / 'eventreg_ros')):
+                missing.append(f'{page.name}: {path}')
+    assert missing == []
