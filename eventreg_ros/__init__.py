@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .api import Certificate as Certificate
     from .api import Comparison as Comparison
+    from .api import Identification as Identification
     from .api import Recorded as Recorded
     from .api import Run as Run
     from .api import Scenario as Scenario
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from .api import certificates as certificates
     from .api import compare as compare
     from .api import events as events
+    from .api import identify as identify
     from .api import judge as judge
     from .api import load as load
     from .api import margins as margins
@@ -29,6 +31,7 @@ __version__ = '0.1.0'
 __all__ = [
     'Certificate',
     'Comparison',
+    'Identification',
     'Recorded',
     'Run',
     'Scenario',
@@ -37,6 +40,7 @@ __all__ = [
     'certificates',
     'compare',
     'events',
+    'identify',
     'judge',
     'load',
     'margins',

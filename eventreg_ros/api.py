@@ -23,6 +23,7 @@ from . import scenario as scenarios
 from .analysis import recorded
 from .analysis.comparison import Comparison
 from .analysis.events import detect
+from .analysis.identification import Identification
 from .bags.reader import read_bag
 from .robustness import margins as robustness
 from .robustness.axes import spec_of
@@ -31,7 +32,7 @@ from .robustness.plan import Plan
 from .robustness.sweep import Sweep, run_sweep
 from .scenario import Override, Scenario
 from .scenario.criteria import RESET, THRESHOLD
-from .session import simulated
+from .session import identified, simulated
 from .session.bag import Recorded
 from .session.compared import compare, open_run
 from .session.simulated import Run, judge
@@ -49,6 +50,7 @@ Overrides = Mapping[str, object]
 __all__ = [
     'Certificate',
     'Comparison',
+    'Identification',
     'Recorded',
     'Run',
     'Scenario',
@@ -57,6 +59,7 @@ __all__ = [
     'certificates',
     'compare',
     'events',
+    'identify',
     'judge',
     'load',
     'margins',
@@ -244,6 +247,37 @@ def sweep(
         window=window,
     )
     return run_sweep(plan, None if out is None else Path(out), runner(engine, scheduler))
+
+
+def identify(
+    source: Scenario | str | Path,
+    overrides: Overrides | None = None,
+    *,
+    signal: str | None = None,
+    generators: int = 1,
+    affine: bool = False,
+    scenario: Scenario | str | None = None,
+    start: float = 0.0,
+    until: float | None = None,
+    namespace: str | None = None,
+    topics: Sequence[str] = (),
+    time: str | None = None,
+) -> Identification:
+    """Identify the generator behind a recorded spike train: its tau, and its k if it can be known.
+
+    ``source`` is a bag, or a scenario (with ``overrides``), which is simulated. ``signal`` is the
+    output of an exosystem or of a plant, see :func:`.session.identified.identify`; ``affine``: a
+    sensor's gain and offset are unknown. ``scenario`` belongs to the bag instead of its own; only
+    what lies between ``start`` and ``until`` (model time) is used; the rest is how the bag is read,
+    see :func:`read_bag`. Raises EventregError with the reason when nothing can be identified.
+
+    >>> round(identify('mismatch', signal='y').tau * 12, 6)
+    1.0
+    """
+    if overrides:
+        source = _loaded(source if isinstance(source, Scenario) else str(source), overrides)
+    seen = identified.observe(source, scenario, namespace=namespace, topics=topics, time=time)
+    return identified.identify(seen.part(start, until), signal, generators, affine)
 
 
 def events(

@@ -112,9 +112,7 @@ def analyze(
     EventregError when ``settle`` is not before the end.
     """
     recording = read_bag(bag, namespace, topics=topics, time=time)
-    found = _scenario_of(recording, scenario)
-    if found is not None and namespace:
-        found = found.within(namespace)
+    found = scenario_of(recording, scenario, namespace)
     if found is not None:
         _need_signals(bag, recording, found)
     criteria = found.criteria if found is not None else Criteria()
@@ -141,14 +139,14 @@ def need_span(criteria: Criteria, end: float, *, settle: float | None, until: fl
         )
 
 
-def _scenario_of(recording: Recording, given: Scenario | str | None) -> Scenario | None:
-    if isinstance(given, Scenario):
-        return given
-    if given is not None:
-        return scenarios.load(given)
-    if recording.scenario is not None:
-        return scenarios.parse(recording.scenario, recording.name or 'of the bag')
-    return None
+def scenario_of(
+    recording: Recording, given: Scenario | str | None, namespace: str | None = None
+) -> Scenario | None:
+    """Return the scenario of a recording, the part in ``namespace``: ``given``, else its own."""
+    found = scenarios.load(given) if isinstance(given, str) else given
+    if found is None and recording.scenario is not None:
+        found = scenarios.parse(recording.scenario, recording.name or 'of the bag')
+    return found.within(namespace) if found is not None and namespace else found
 
 
 def _need_signals(bag: str | Path, recording: Recording, scenario: Scenario) -> None:

@@ -14,7 +14,7 @@ from ..analysis.verdict import Report
 from ..bags.files import newest
 from ..errors import EventregError
 from ..scenario.table import TIME_SCALE
-from .arguments import add_span, add_window, warn
+from .arguments import add_reading, add_span, add_window, warn
 from .report_outputs import ReportOutputs, add_report_outputs
 
 if TYPE_CHECKING:
@@ -29,19 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--last', action='store_true', help='the newest bag that eventreg made in this directory'
     )
-    parser.add_argument(
-        '--scenario', metavar='S', help='the scenario, where the bag does not hold it'
-    )
-    parser.add_argument('--namespace', metavar='NS', help='read the topics of this namespace')
-    parser.add_argument(
-        '--topic', action='append', default=[], dest='topics', metavar='SIGNAL:=TOPIC[:FIELD]',
-        help='where a signal is, in messages of any type (y:=/arm/joint_states:velocity[2]); '
-        'may be repeated',
-    )  # fmt: skip
-    parser.add_argument(
-        '--time', choices=('log', 'publish', 'header'),
-        help='the stamps that count (publish, where they are plausible)',
-    )  # fmt: skip
+    add_reading(parser)
     add_report_outputs(parser)
     add_window(parser)
     add_span(parser)

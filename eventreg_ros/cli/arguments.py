@@ -22,6 +22,11 @@ from ..scenario.links import OPTIONS
 def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Add SCENARIO and its overrides."""
     parser.add_argument('scenario', metavar='SCENARIO', help='a shipped name or a .yaml file')
+    add_overrides(parser)
+
+
+def add_overrides(parser: argparse.ArgumentParser) -> None:
+    """Add -p."""
     parser.add_argument(
         '-p', action='append', default=[], dest='overrides', metavar='NODE.PARAM:=VALUE',
         help='override a parameter; NODE may be /**; may be repeated',
@@ -54,6 +59,23 @@ def add_at(parser: argparse.ArgumentParser, letter: str, unit: str) -> None:
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add --json."""
     parser.add_argument('--json', metavar='F', type=Path, help='write the result as JSON')
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Add what says how a bag is read."""
+    parser.add_argument(
+        '--scenario', metavar='S', help='the scenario, where the bag does not hold it'
+    )
+    parser.add_argument('--namespace', metavar='NS', help='read the topics of this namespace')
+    parser.add_argument(
+        '--topic', action='append', default=[], dest='topics', metavar='SIGNAL:=TOPIC[:FIELD]',
+        help='where a signal is, in messages of any type (y:=/arm/joint_states:velocity[2]); '
+        'may be repeated',
+    )  # fmt: skip
+    parser.add_argument(
+        '--time', choices=('log', 'publish', 'header'),
+        help='the stamps that count (publish, where they are plausible)',
+    )  # fmt: skip
 
 
 def add_window(parser: argparse.ArgumentParser) -> None:

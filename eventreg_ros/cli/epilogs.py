@@ -39,6 +39,14 @@ examples:
 examples:
   eventreg compare exact mismatch                     two scenarios, simulated
   eventreg compare BAG_1 BAG_2 BAG_3 --report page.html""",
+    'identify': """\
+examples:
+  eventreg identify BAG --out mine.yaml               from w, else from y and u
+  eventreg run mine.yaml                              the controller has the tau
+  eventreg identify BAG --from-signal y --generators 2
+  eventreg identify BAG --topic w:=/arm/current:data --affine
+
+exit codes: 0 identified, 2 not, or bad input (one line says why)""",
     'certify': """\
 examples:
   eventreg certify exact

@@ -18,6 +18,7 @@ VERBS = {
     'simulate': 'simulate the scenario offline, as one continuous system or sample by sample',
     'analyze': 'judge a recorded bag: events, rejection, residual, timing, evidence',
     'compare': 'set several bags or scenarios side by side: events that differ, distances',
+    'identify': 'find the time constant of the generator behind a recorded spike train',
     'certify': 'say what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
     'margin': 'find the largest delay, loss and jitter that the loop tolerates',
     'sweep': 'run the sampled loop over many sets of parameters: table, border, yield, worst set',

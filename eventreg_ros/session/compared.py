@@ -52,17 +52,27 @@ def open_run(
     like a scenario is ./NAME). A simulation lasts 400 of model time, or 300 after ``settle`` if
     that is longer. Raises EventregError for what is neither.
     """
-    if isinstance(source, Scenario):
-        return simulate(source, source.criteria.overridden(settle=settle).duration(400.0))
+    if not isinstance(source, Scenario):
+        if not is_scenario(source):
+            return analyze(source, settle=settle, window=window)
+        source = scenarios.load(str(source))
+    return simulate(source, source.criteria.overridden(settle=settle).duration(400.0))
+
+
+def is_scenario(source: str | Path) -> bool:
+    """Say whether ``source`` names a scenario, and not a bag; see :func:`open_run`.
+
+    Raises EventregError for what is neither.
+    """
     text = str(source)
     if text in scenarios.shipped() or Path(text).suffix in ('.yaml', '.yml'):
-        return open_run(scenarios.load(text), settle, window)
+        return True
     if not Path(text).exists():
         raise EventregError(
             f'{text!r} is neither a bag nor a scenario: no such file, and shipped are '
             f'{", ".join(scenarios.shipped())}; check the name'
         )
-    return analyze(text, settle=settle, window=window)
+    return False
 
 
 def _name(given: object, run: Run | Analysis) -> str:

@@ -24,8 +24,9 @@ d w / d ln k and the standard deviation of ln k are on the right side of these."
 LIKELY = 9.0
 """Fits whose sums of squares differ by less than this, in variances, are about as good."""
 
-FAITHFUL = 1e-6
-"""Residuals smaller than this (root mean square) are the integration's: there is nothing to add."""
+FAITHFUL, HELD = 1e-6, 5e-4
+"""Residuals smaller than these (root mean square) are the integration's, and through a plant also
+those of how it holds its inputs between samples: there is nothing to add."""
 
 ATTEMPT = 10
 """Evaluations that a start out of antiphase is given."""
@@ -48,11 +49,11 @@ def coupling(recorded: Recorded, antiphase: Fit) -> Coupling:
     """Decide between antiphase and not, and whether k is identifiable."""
     f = _score(recorded, antiphase)
     if f < LEAST_SCORE:
-        return Coupling(antiphase, False, _in_antiphase(f))
+        return Coupling(antiphase, False, _in_antiphase(f, LEAST_SCORE))
     fit, rivals = _out_of_antiphase(recorded, antiphase)
     f = f_statistic(antiphase, fit)
     if f < LEAST_F:
-        return Coupling(antiphase, False, _in_antiphase(f))
+        return Coupling(antiphase, False, _in_antiphase(f, LEAST_F))
     where = fit.layout.log_k
     effect = float(np.sqrt(np.mean(fit.jacobian[:, where] ** 2)))
     sd = float(fit.deviations()[where])
@@ -77,10 +78,10 @@ def coupling(recorded: Recorded, antiphase: Fit) -> Coupling:
     return Coupling(fit, False, reason)
 
 
-def _in_antiphase(f: float) -> str:
+def _in_antiphase(f: float, least: float) -> str:
     return (
         f'in antiphase the coupling cancels, so w does not depend on k, and nothing recorded shows '
-        f'the generator out of antiphase (F = {f:.2g}, less than {LEAST_F:g})'
+        f'the generator out of antiphase (F = {f:.2g}, less than {least:g})'
     )
 
 
@@ -96,7 +97,7 @@ def f_statistic(without: Fit, with_more: Fit) -> float:
 
 def _score(recorded: Recorded, antiphase: Fit) -> float:
     """Return the F statistic that leaving antiphase a little would have, k being one of TRIED."""
-    if antiphase.rms < FAITHFUL:
+    if antiphase.rms < (FAITHFUL if recorded.plant is None else HELD):
         return 0.0
     layout = replace(antiphase.layout, antiphase=False)
     forward = recorded.forward(layout, ROUGH)

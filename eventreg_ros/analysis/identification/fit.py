@@ -19,6 +19,10 @@ GUESSES = 2.0
 """What was given between its samples may be so much further from two interpolations than they are
 from each other."""
 
+LATE = 0.05
+"""Model time by which what was given may act later than it is stamped, or a sample if that is
+less."""
+
 EVALUATIONS = 25
 MISFIT = 0.2
 """Root mean square of what remains, noise apart, from which on it is not a generator's signal."""
@@ -33,7 +37,7 @@ class Fit:
 
     ``unknowns`` has shape (size,), ``residual`` (n,) at the times ``t``, ``jacobian`` (n, size).
     ``shift``, of shape (size,), is how far other steps of the integration, or another interpolation
-    of what is given, would have moved it.
+    of what is given, or a later one, would have moved it.
     """
 
     layout: Layout
@@ -150,6 +154,7 @@ def _polished(recorded: Recorded, rough: Forward, unknowns: Array) -> Fit:
     every = float(np.clip(np.median(np.diff(recorded.t)), FINE, ROUGH))
     others = [recorded.forward(rough.layout, h) for h in {0.5 * FINE, every}]
     if recorded.given is not None:
+        others.append(recorded.forward(rough.layout, FINE, late=min(every, LATE)))
         others.append(recorded.forward(rough.layout, FINE, straight=True))
     shifts = [newton(other.predict(unknowns) - recorded.x - residual) for other in others]
     if recorded.given is not None:

@@ -132,6 +132,7 @@ def _one(recorded: Recorded) -> Identification:
 def _several(recorded: Recorded, generators: int) -> tuple[Identification, ...]:
     if generators < 2:
         raise EventregError(f'several generators are at least 2, got {generators}; identify one')
+    recorded = recorded.settled()
     fit = fit_several(recorded, apparent(recorded, generators), generators)
     found = Coupling(fit, False, 'k is not sought where several generators are in one signal')
     order = np.argsort(fit.unknowns[:generators])

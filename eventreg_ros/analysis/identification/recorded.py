@@ -21,6 +21,9 @@ MOST = 40_000
 FEWEST = 20
 """Samples that are fitted, at least."""
 
+TRANSIENT, TRANSIENT_PART = 60.0, 0.2
+"""Model time that generators take to go into antiphase, and the most of it that is left out."""
+
 THIN = 0.5
 """What else drives the plant may have no wider gaps than this (model time), or five intervals."""
 
@@ -55,26 +58,37 @@ class Recorded:
         """Return the samples up to ``end``, and no fewer than ``least`` if there are as many."""
         return self.until(max(end, float(self.t[min(least, len(self.t)) - 1])))
 
+    def settled(self) -> Recorded:
+        """Return it without its beginning, in which a generator may be out of antiphase."""
+        start = min(TRANSIENT, TRANSIENT_PART * float(self.t[-1]))
+        return self.part(slice(int(np.searchsorted(self.t, start)), None))
+
     def part(self, where: slice | npt.NDArray[np.int64]) -> Recorded:
         """Return a part of the samples; its time begins at 0 again."""
         given = None if self.given is None else self.given[where]
         return replace(self, t=self.t[where] - self.t[where][0], x=self.x[where], given=given)
 
-    def forward(self, layout: Layout, h: float, straight: bool = False) -> Forward:
+    def forward(
+        self, layout: Layout, h: float, straight: bool = False, late: float = 0.0
+    ) -> Forward:
         """Return what predicts ``x``, integrated in steps of ``h`` (model time).
 
-        What is given is interpolated smoothly between its samples, or by ``straight`` lines.
+        What is given is interpolated smoothly between its samples, or by ``straight`` lines; it
+        acts on the plant ``late`` by so much model time.
         """
         if self.given is None:
             return Forward(layout, self.t, h)
-        if straight:
-            t, given = self.t, self.given
-            return Forward(layout, t, h, lambda at: np.interp(at, t, given))
         from scipy.interpolate import PchipInterpolator
 
         distinct = np.append(np.diff(self.t) > 0.0, True)
-        curve = PchipInterpolator(self.t[distinct], self.given[distinct])
-        return Forward(layout, self.t, h, lambda at: curve(np.clip(at, 0.0, self.t[-1])))
+        t, given = self.t[distinct], self.given[distinct]
+        curve = PchipInterpolator(t, given)
+
+        def at(times: Array) -> Array:
+            times = np.clip(times - late, t[0], t[-1])
+            return np.asarray(np.interp(times, t, given) if straight else curve(times))
+
+        return Forward(layout, self.t, h, at)
 
 
 def cleaned(

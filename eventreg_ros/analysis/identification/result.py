@@ -32,7 +32,8 @@ class Identification:
     ``tau`` and ``k`` with their standard deviations, k None where it is not identifiable, which
     ``reason`` explains; ``period`` in model time, what its spikes repeat after; ``residual_rms`` of
     the recorded signal against the fit; ``samples`` and ``duration`` (model time) are what was
-    fitted; ``gain`` and ``offset`` are the sensor's, 1 and 0 unless they were asked for.
+    fitted; ``gain`` and ``offset`` are the sensor's, 1 and 0 unless they were asked for;
+    ``others`` are the other generators in the same signal, where several were asked for.
     """
 
     tau: float
@@ -48,6 +49,12 @@ class Identification:
     duration: float
     gain: float = 1.0
     offset: float = 0.0
+    others: tuple[Identification, ...] = ()
+
+    @property
+    def all(self) -> tuple[Identification, ...]:
+        """The generator itself and the others."""
+        return (self, *self.others)
 
     def interval(self, level: float = 0.95) -> Interval:
         """Return the interval that holds the true tau with probability ``level``, 0 < level < 1."""
@@ -59,6 +66,7 @@ class Identification:
 
     def to_dict(self) -> dict[str, object]:
         """Return what ``eventreg identify --json`` writes."""
+        others = [other.to_dict() for other in self.others]
         return {
             'tau': self.tau,
             'tau_sd': self.tau_sd,
@@ -68,6 +76,7 @@ class Identification:
             'period': self.period,
             'residual_rms': self.residual_rms,
             'signal': self.signal,
+            **({'others': others} if others else {}),
         }
 
 
