@@ -309,17 +309,26 @@ def test_the_reference_shows_the_whole_library(reference):
 def keys(data):
     """Yield the keys of JSON, except the names of signals and figures."""
     for key, value in data.items():
-        if key not in ('w', 'v', 'y', 'y_r', 'u'):
+        if not re.fullmatch(r'(w|v|y|y_r|u)(_2)?(/tau)?|\w+\.\w+', key):
             yield key
         for each in value if isinstance(value, list) else [value]:
             if isinstance(each, dict) and key not in ('numbers', 'seen'):
                 yield from keys(each)
 
 
-@pytest.mark.parametrize('verb', ['simulate', 'analyze', 'certify'])
+JSON_OF = {
+    'simulate': ['unknown', '--at', '300:controller.k:=3', '--duration', '700'],
+    'analyze': [],
+    'compare': ['exact', 'mismatch'],
+    'certify': ['linear', '--time', '60'],
+    'sweep': ['exact', '-p', 'controller.k:=2', '--duration', '150'],
+}
+
+
+@pytest.mark.parametrize('verb', JSON_OF)
 def test_the_page_on_json_names_every_key(verb, tmp_path, make_bag):
-    what = make_bag(w=[110, 140, 170, 200], y=[], u=[]) if verb == 'analyze' else 'exact'
-    main([verb, str(what), '--json', str(tmp_path / 'x.json')])
+    what = JSON_OF[verb] or [str(make_bag(w=[110, 140, 170, 200], y=[], u=[]))]
+    main([verb, *what, '--json', str(tmp_path / 'x.json')])
     data = json.loads((tmp_path / 'x.json').read_text())
     assert {key for key in keys(data) if f'`{key}`' not in TEXTS['json.md']} == set()
 
@@ -340,3 +349,13 @@ def test_the_layouts_show_topics_that_there_are():
     topics = {*SIGNALS, *(f'spikes/{signal}/count' for signal in ('w', 'u', 'y'))}
     assert curves == {f'/{topic}/data' for topic in topics}
     assert paths == {f'/{topic}.data' for topic in topics} | {'1.0'}
+
+
+def test_every_file_that_a_page_names_is_there():
+    missing = []
+    for page in [*PAGES, ROOT / 'CONTRIBUTING.md']:
+        text = re.sub(r'^ *```.*?^ *```', '', page.read_text(encoding='utf-8'), flags=re.S | re.M)
+        for path in re.findall(r'`((?:\w+/)+\w+\.(?:py|c|json|xml))\b', text):
+            if not any((home / path).exists() for home in (ROOT, ROOT / 'eventreg_ros')):
+                missing.append(f'{page.name}: {path}')
+    assert missing == []

@@ -136,3 +136,8 @@ def test_what_the_tests_import_is_declared(manifest, setup):
     assert rosdep <= {d.name for d in manifest.test_depends}
     pip = requirements([*setup['extras_require']['test'], 'catkin_pkg'])  # which colcon brings
     assert needed - ros <= set(pip)
+
+
+def test_the_readme_says_what_each_extra_is_for(setup):
+    text = (ROOT / 'README.md').read_text(encoding='utf-8')
+    assert [extra for extra in setup['extras_require'] if f'| `{extra}` |' not in text] == []
