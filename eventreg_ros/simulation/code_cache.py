@@ -11,8 +11,9 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from threading import Lock
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -86,6 +87,36 @@ def generated(source: str, name: str, names: Mapping[str, Any]) -> FunctionType:
     return function
 
 
+class Kept:
+    """A compiled function whose machine code comes from the cache, or goes there.
+
+    Where that fails, for whatever reason, it is compiled as if there were no cache. It is called
+    with arguments of the same types always.
+    """
+
+    def __init__(self, kept: Any, fresh: Callable[[], Any]) -> None:
+        self.function, self._fresh = kept, fresh
+        self._lock, self._ready = Lock(), False
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the function; the first call compiles it, or takes it from the cache."""
+        if not self._ready:
+            with self._lock:
+                self._prepare(arguments)
+        return self.function(*arguments)
+
+    def _prepare(self, arguments: tuple[Any, ...]) -> None:
+        from numba import typeof
+
+        if self._ready:
+            return
+        try:
+            self.function.compile(tuple(map(typeof, arguments)))
+        except Exception:  # numba's, pickle's, the file system's, those of imports
+            self.function = self._fresh()
+        self._ready = True
+
+
 def compile_kept(njit: Any, function: FunctionType, **options: Any) -> Any:
     """Return ``function`` compiled by ``njit``, its machine code kept where that is possible.
 
@@ -98,9 +129,10 @@ def compile_kept(njit: Any, function: FunctionType, **options: Any) -> Any:
     code = function.__code__.replace(co_filename=path)
     placed = FunctionType(code, function.__globals__, function.__name__, function.__defaults__)
     try:
-        return njit(cache=True, **options)(placed)
+        kept = njit(cache=True, **options)(placed)
     except (RuntimeError, OSError):  # numba found no place to write
         return njit(**options)(function)
+    return Kept(kept, lambda: njit(**options)(function))
 
 
 def _written(name: str, source: str) -> str | None:

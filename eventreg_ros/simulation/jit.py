@@ -99,7 +99,7 @@ def inliner() -> Whole:
     return Whole(_need_njit()(**_INNER))
 
 
-def compile_entry(function: FunctionType) -> Any:
+def compile_entry(function: Any) -> Any:
     """Return a function that Python calls, compiled; it lets other threads run meanwhile.
 
     What it calls must be compiled already, except its own plain helpers. It may have no closure;
@@ -138,5 +138,5 @@ def _compile(parts: Parts) -> Kernel:
     call halves the time of compiling.
     """
     if parts not in _compiled:
-        _compiled[parts] = _need_njit()(make_kernel(parts, inliner()), error_model='numpy')
+        _compiled[parts] = compile_entry(make_kernel(parts, inliner()))
     return _compiled[parts]

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ..models import Model, Params
 from .block import make_advance
+from .code_cache import generated
 from .hold import line
 from .numbered import Make, Reader
 from .step import Compile, plain
@@ -76,6 +77,14 @@ class Tables(NamedTuple):
 
 Kernel = Callable[[Any, Any, Tables], Any]
 
+_RUN = """\
+def run(states, tunings, tables):
+    for n in range(tables.first, tables.last):
+        states = advance(n, states, tunings, tables)
+    return states
+"""
+"""As source, since the machine code of a function that has a closure cannot be kept."""
+
 
 def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
     """Return ``run(states, tunings, tables) -> states``: fills ``tables.samples`` step by step.
@@ -89,13 +98,7 @@ def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
         advances.append(make(part, links, compile))
         links += sum(source != NOBODY for source in part.sources)
     advance = _make_chain(advances, compile)
-
-    def run(states: Any, tunings: Any, tables: Tables) -> Any:
-        for n in range(tables.first, tables.last):
-            states = advance(n, states, tunings, tables)
-        return states
-
-    return run
+    return generated(_RUN, 'run', {'advance': advance})
 
 
 def nest(entries: Sequence[Any]) -> Any:

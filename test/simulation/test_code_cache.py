@@ -1,0 +1,87 @@
+"""Machine code that is kept: found again, never the wrong one, and never in the way."""
+
+import os
+
+import pytest
+
+from eventreg_ros.simulation import code_cache
+from eventreg_ros.simulation.code_cache import fingerprint, generated
+
+RUN = """
+from eventreg_ros import load, simulate
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.sets import Sets
+from eventreg_ros.simulation import jit, lanes
+from eventreg_ros.simulation.sampled import SampledLoop
+plan = Plan.of(load('uncontrolled'), ['exosystem.tau:={0.05,0.1}', '/**.rate:=50'], duration=200.0)
+rows = Sets(plan).run(plan.design.columns(0, 2)).rows
+SampledLoop(load('uncontrolled').loop).run(10.0, compiled=True)
+kernels = [lanes._compiled(lanes.structure_of(load('uncontrolled').loop, ['w', 'y'], 'perfect'))]
+kernels += list(jit._compiled.values())
+def hits(kernel):
+    dispatcher = getattr(kernel, 'function', kernel)
+    return sum(dispatcher.stats.cache_hits.values())
+print(rows['residual_rms'].tolist(), [hits(kernel) for kernel in kernels])
+"""
+
+
+@pytest.fixture
+def run(spawn):
+    """Run the code above in a process with that cache directory; return what it prints."""
+    pytest.importorskip('numba')
+
+    def start(directory):
+        environment = {**os.environ, 'NUMBA_CACHE_DIR': str(directory)}
+        out, err = spawn('-c', RUN, env=environment).communicate(timeout=120)
+        assert err == ''
+        return out.rpartition(' [')[::2]
+
+    return start
+
+
+def test_the_next_process_compiles_nothing_and_gets_the_same(run, tmp_path):
+    first, hits = run(tmp_path)
+    assert hits == '0, 0]\n'
+    second, hits = run(tmp_path)
+    assert hits == '1, 1]\n'
+    assert second == first
+    for file in tmp_path.rglob('*.nbc'):
+        file.write_bytes(b'broken')
+    third, hits = run(tmp_path)
+    assert third == first
+
+
+def test_a_directory_that_cannot_be_written_is_no_trouble(run, tmp_path):
+    (tmp_path / 'file').touch()
+    numbers, hits = run(tmp_path / 'file' / 'cache')
+    assert hits == '0, 0]\n'
+    assert numbers.startswith('[')
+
+
+def helper(constant):
+    def inner(x):
+        return x + constant
+
+    def outer(x):
+        return inner(x) * 2.0
+
+    return outer
+
+
+def test_a_fingerprint_is_of_all_that_is_called():
+    assert fingerprint(helper(1.0)) == fingerprint(helper(1.0))
+    assert fingerprint(helper(1.0)) != fingerprint(helper(2.0))
+    source = 'def f(x):\n    return g(x)\n'
+    one, other = (generated(source, 'f', {'g': helper(each)}) for each in (1.0, 2.0))
+    assert fingerprint(one) != fingerprint(other)
+    assert one(1.0) == 4.0
+    assert fingerprint(helper(0.0)) != fingerprint(helper(-0.0))
+
+
+def test_the_directory_is_the_users(monkeypatch, tmp_path):
+    monkeypatch.delenv('NUMBA_CACHE_DIR', raising=False)
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    monkeypatch.setattr(code_cache.sys, 'platform', 'linux')
+    assert code_cache.directory() == tmp_path / 'eventreg_ros'
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path / 'n'))
+    assert code_cache.directory() == tmp_path / 'n' / 'eventreg_ros'
