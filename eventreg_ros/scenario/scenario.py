@@ -123,12 +123,15 @@ class Scenario:
         ours = self.name_of(node).kind in ROLES and not is_foreign(self.nodes[node])
         return block_spec(node, self.nodes[node]).signals if ours else [output]
 
-    def inputs_of(self, node: str) -> list[str]:
-        """Return the signals that ``node`` listens to."""
+    def heard_by(self, node: str) -> list[str]:
+        """Return what ``node`` listens to, by the names that its parameters give."""
         values = self.nodes[node]
         names = [name for name, _ in signs_of(values)] + list(values.get('signals', ()))
-        names += [values['input']] if 'input' in values else []
-        return [self.signal(node, name) for name in names]
+        return names + ([values['input']] if 'input' in values else [])
+
+    def inputs_of(self, node: str) -> list[str]:
+        """Return the signals that ``node`` listens to."""
+        return [self.signal(node, name) for name in self.heard_by(node)]
 
     @property
     def publishers(self) -> dict[str, str]:

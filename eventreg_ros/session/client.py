@@ -26,7 +26,6 @@ from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
-from ..scenario.scenario import INPUTS
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
@@ -247,9 +246,7 @@ def expected_matches(scenario: Scenario) -> dict[str, dict[str, int]]:
     monitored = {s for node in scenario.of_kind('spike_monitor') for s in scenario.inputs_of(node)}
     expected: dict[str, dict[str, int]] = {}
     for node, values in scenario.nodes.items():
-        names = [name for key in INPUTS for name in values.get(key, ())]
-        names += [values['input']] if 'input' in values else []
-        full = {name: scenario.signal(node, name) for name in names}
+        full = {name: scenario.signal(node, name) for name in scenario.heard_by(node)}
         found = {f'{name}.publishers': 1 for name, signal in full.items() if signal in published}
         if node in scenario.of_kind('recorder') and not values['lockstep']:
             counted = [name for name, signal in full.items() if signal in monitored]
