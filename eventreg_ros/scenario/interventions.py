@@ -14,7 +14,7 @@ from ..simulation.turns import Action, Turn
 from .blocks import block_spec
 from .hint import hint
 from .parameter import ACTIVE
-from .parameters import completed, parameters_of
+from .parameters import completed, is_foreign, parameters_of
 from .reader import typed
 from .scenario import Scenario
 
@@ -96,6 +96,8 @@ def _course(interventions: Sequence[Intervention], scenario: Scenario) -> list[M
 
 
 def _with(each: Intervention, values: dict[str, Any]) -> dict[str, Any]:
+    if is_foreign(values):
+        return {**values, each.parameter: each.value}  # the node itself accepts or refuses it
     table = parameters_of(each.node, values)
     row = table.get(each.parameter)
     if row is None:

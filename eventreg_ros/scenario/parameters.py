@@ -152,6 +152,8 @@ def resolve(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
     except ModelError as error:
         raise ParameterError(f'{node}.model: {error}') from None
     foreign = is_foreign(given)
+    if 'model' in table and 'model' in given:  # first: it decides what other parameters there are
+        table['model'].check(node, given['model'])
     for name, value in given.items():
         if name in ROS_OWN:
             ROS_OWN[name].check(node, value)

@@ -95,6 +95,7 @@ class Session:
 
         Raises EventregError when it could not start.
         """
+        self._refuse_composed_foreign()
         scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
         try:
             with interruptible(), loopback_domain(os.environ) as environment:
@@ -105,6 +106,14 @@ class Session:
             self.observer.warned('interrupted: judging what was recorded')
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
+
+    def _refuse_composed_foreign(self) -> None:
+        foreign = self.scenario.foreign
+        if self.composed and foreign:
+            raise EventregError(
+                f'--composed runs nodes of eventreg_ros only, got {", ".join(foreign)} of another '
+                'package; leave out --composed'
+            )
 
     def _within(self, scratch: Path, environment: dict[str, str]) -> None:
         stored = scratch / 'scenario' / f'{self.scenario.name}.yaml'

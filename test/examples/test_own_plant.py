@@ -58,3 +58,21 @@ def test_its_parameters_are_checked_by_the_node(run):
         '-m', 'own_plant.membrane', '--ros-args', '-p', 'leak:=-1.0', code=2
     )  # fmt: skip
     assert 'plant.leak must be a finite number > 0, got -1.0' in found.stderr
+
+
+def test_composed_it_is_refused_with_the_way_out(run):
+    arguments = ('--composed', '--duration', '1')
+    err = run('-m', 'eventreg_ros', 'run', SCENARIO, *arguments, code=2).stderr
+    assert 'got plant of another package; leave out --composed' in err
+
+
+def test_its_own_parameter_is_set_while_it_runs(run):
+    """The gain is 0 from the first sample on: the plant stays at rest."""
+    at = ('--at', '0:plant.gain:=0', '--lockstep', '--duration', '16', '--bag', 'gain')
+    run('-m', 'eventreg_ros', 'run', SCENARIO, *at, '--settle', '40')
+    code = """
+from eventreg_ros.bags.reader import read_bag
+y = read_bag('gain').signals['y'][1]
+assert len(y) > 3000 and abs(y[1:]).max() == 0.0
+"""
+    run('-c', code)

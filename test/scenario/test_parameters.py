@@ -283,3 +283,8 @@ def test_a_change_to_the_values_leaves_the_table_alone(node):
 
 def test_parameter_errors_are_bad_input():
     assert issubclass(ParameterError, EventregError)
+
+
+def test_a_model_that_is_not_there_is_named_before_its_parameters():
+    with pytest.raises(ParameterError, match=r"exosystem\.model must be .* got 'nowhere'"):
+        resolve('exosystem', {'mu': 3.0, 'model': 'nowhere'})
