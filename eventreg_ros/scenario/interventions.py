@@ -69,6 +69,16 @@ def read_all(texts: Iterable[str], scenario: Scenario) -> list[Intervention]:
     return found
 
 
+def need_before(end: float, interventions: Iterable[Intervention], unit: str) -> None:
+    """Raise ParameterError when an intervention comes at the ``end``, or later, in ``unit``."""
+    for each in interventions:
+        if each.at >= end:
+            raise ParameterError(
+                f'--at {each.text}: {each.at:g} is not before the end, the duration is {end:g} '
+                f'{unit}; take an earlier time or a longer --duration'
+            )
+
+
 def turns(interventions: Sequence[Intervention], scenario: Scenario) -> list[Turn]:
     """Return what a simulation of ``scenario`` does for interventions in model time.
 

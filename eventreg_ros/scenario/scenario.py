@@ -324,8 +324,14 @@ class Scenario:
         The clock waits at each of ``pauses``, simulated seconds. An input that nobody publishes is
         left out, since nobody would send the sample to wait for. Links are left out too: the blocks
         behind them take every sample as late as the link would make it. Raises EventregError when
-        there is not one step in ``seconds``, or a link that does more than delay.
+        there is not one step in ``seconds``, a second clock, or a link that does more than delay.
         """
+        for node in self.of_kind('clock'):
+            if node != 'clock':
+                raise ScenarioError(
+                    f'{node}: a run in lockstep has one clock, called clock; '
+                    f'name the node clock, or leave it out'
+                )
         if self.of_kind('link'):
             return self.with_stated_delays().in_lockstep(seconds, pauses)
         steps = count_steps(seconds * self.time_scale, self.time_scale / self.rate, 0)

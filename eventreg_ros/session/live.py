@@ -12,7 +12,7 @@ from ..analysis.signal import Signals
 from ..analysis.verdict import Report
 from ..errors import EventregError, ros_is_missing
 from ..scenario import Criteria, Scenario
-from ..scenario.interventions import read_all
+from ..scenario.interventions import need_before, read_all
 from ..simulation.trajectory import Array
 from .bag import Recorded
 from .judged import Judged
@@ -88,9 +88,9 @@ def run(
     Without a duration for as long as :func:`usual_duration` says. The nodes are processes of their
     own, or with ``composed`` one; in ``lockstep`` they go as fast as they can and ``duration`` is
     simulated time. ``at`` holds interventions as texts ``S:NODE.PARAM:=VALUE``, ``S:NODE:activate``
-    or ``S:NODE:deactivate``, S in seconds. ``settle`` and ``window``, in model time, replace the
-    scenario's, in the bag too. Raises EventregError when the run cannot be started, or when its bag
-    cannot be judged though nothing went wrong during it.
+    or ``S:NODE:deactivate``, S in seconds, before the end. ``settle`` and ``window``, in model
+    time, replace the scenario's, in the bag too. Raises EventregError when the run cannot be
+    started, or when its bag cannot be judged though nothing went wrong during it.
     """
     path = Path(bag) if bag is not None else bag_of(scenario)
     check(scenario, path)
@@ -98,6 +98,8 @@ def run(
     duration = usual_duration(scenario) if duration is None else duration
     end = duration * scenario.time_scale
     need_span(scenario.criteria, end, settle=settle, until=None)
+    interventions = read_all(at, scenario)
+    need_before(duration, interventions, 's')
     session = Session(
         scenario,
         path,
@@ -105,7 +107,7 @@ def run(
         lockstep=lockstep,
         composed=composed,
         observer=observer,
-        interventions=read_all(at, scenario),
+        interventions=interventions,
     )
     session.perform()
     analysis, unjudged = None, None

@@ -77,7 +77,7 @@ class Session:
         self.lockstep = lockstep
         self.composed = composed
         self.observer = observer or Observer()
-        self.pending = [each for each in interventions if each.at < duration]
+        self.pending = list(interventions)
         """The interventions that are still to come, in order; times in seconds."""
         self.processes = Processes()
         self.troubles: list[str] = []

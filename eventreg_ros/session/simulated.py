@@ -15,7 +15,7 @@ from ..analysis.verdict import Report
 from ..analysis.verdict import judge as judge_signals
 from ..errors import EventregError
 from ..scenario import Criteria, Scenario
-from ..scenario.interventions import read_all, turns
+from ..scenario.interventions import need_before, read_all, turns
 from ..scenario.links import need_linked
 from ..simulation.continuous import simulate as simulate_continuous
 from ..simulation.impairment import Impairment
@@ -84,8 +84,8 @@ def simulate(
     signals whose links are impaired (None: all). White ``noise`` of that standard deviation, drawn
     from ``seed`` too, is added to every sample of each plant's output: a sampled loop hears it, a
     continuous one is only judged through it. ``at`` holds interventions as texts
-    ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time. Raises
-    EventregError when the loop cannot be simulated or the state stops being finite.
+    ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time, before
+    the end. Raises EventregError when the loop cannot be simulated or the state stops being finite.
     """
     if duration is None:
         duration = scenario.criteria.duration(400.0)
@@ -96,7 +96,8 @@ def simulate(
         )
     added = Noise(noise, seed, tuple(plant.output for plant in subject_of(scenario).plants))
     asked = read_all(at, scenario)
-    changes = tuple(change for change in changes_asked(asked) if change.at <= duration)
+    need_before(duration, asked, 'of model time')
+    changes = changes_asked(asked)
     loop, done = scenario.loop, turns(asked, scenario)
     if sampled:
         links = None if on is None else frozenset(on)

@@ -123,3 +123,13 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, arguments, words):
     assert len(err.splitlines()) == 1
     assert words in err
     assert out == ''
+
+
+def test_an_action_after_the_end_is_refused_before_anything_starts(run, tmp_path):
+    process = run('exact', '--duration', '8', '--settle', '40', '--at', '8:plant.k:=2')
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert err.count('\n') == 1
+    assert '--at 8:plant.k:=2: 8 is not before the end, the duration is 8 s' in err
+    assert not out
+    assert not list(tmp_path.iterdir())

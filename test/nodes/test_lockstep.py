@@ -11,7 +11,7 @@ from std_srvs.srv import Trigger
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.bags.reader import read_bag
-from eventreg_ros.errors import EventregError
+from eventreg_ros.errors import EventregError, ScenarioError
 from eventreg_ros.nodes.composed import make
 from eventreg_ros.nodes.topics import GRANT, LOCKSTEP_SIGNAL
 from eventreg_ros.runtime.cdr import packed
@@ -296,6 +296,13 @@ def test_a_duration_holds_as_many_steps_as_offline(seconds, steps):
 def test_a_duration_without_a_step_is_refused():
     with pytest.raises(EventregError, match='hold not one step'):
         scenarios.load('exact').in_lockstep(0.001)
+
+
+@pytest.mark.parametrize('name', ['clock_2', 'arm/clock'])
+def test_a_second_clock_is_refused(name):
+    scenario = scenarios.load('exact').with_given({name: {}})
+    with pytest.raises(ScenarioError, match=f'^{name}: .* one clock, .* leave it out'):
+        scenario.in_lockstep(1.0)
 
 
 def test_a_clock_of_the_scenario_s_own_is_no_participant():
