@@ -14,6 +14,14 @@ from ..scenario.names import split
 PREFIXES = 'AMENT_PREFIX_PATH'
 
 
+def package_and_executable(scenario: Scenario, node: str) -> tuple[str, str]:
+    """Return what ``ros2 run`` needs to start ``node``."""
+    if node not in scenario.foreign:
+        return 'eventreg_ros', split(node).kind
+    values = scenario.nodes[node]
+    return values['package'], values['executable']
+
+
 def executable_of(scenario: Scenario, node: str) -> list[str]:
     """Return the command that runs ``node``, without its arguments.
 
@@ -23,7 +31,7 @@ def executable_of(scenario: Scenario, node: str) -> list[str]:
     """
     if node not in scenario.foreign:
         return [sys.executable, '-m', f'eventreg_ros.nodes.{split(node).kind}']
-    package, name = (scenario.nodes[node][key] for key in ('package', 'executable'))
+    package, name = package_and_executable(scenario, node)
     for prefix in _prefixes():
         file = prefix / 'lib' / package / name
         if os.access(file, os.X_OK) and file.is_file():

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import EventregError
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
-from ..scenario.names import split
 from .domain import loopback_domain
-from .executables import executable_of
+from .executables import executable_of, package_and_executable
 from .processes import Processes, node_command
 from .running import announced
 
@@ -231,12 +230,12 @@ class Session:
         for node in self.processes.look():
             how = f'{node} {self.processes.died[node]} after {elapsed:.1f} s'
             self.troubles.append(how)
-            if self.composed or node == 'recorder':
+            if self.composed or self.lockstep or node == 'recorder':
                 self.over = True
                 continue
             self.observer.warned(
                 f'{how}; the others run on, and it may be started again: '
-                f'ros2 run eventreg_ros {split(node).kind}'
+                f'ros2 run {" ".join(package_and_executable(self.scenario, node))}'
             )
 
     def _note_faults(self, client: Client) -> None:
