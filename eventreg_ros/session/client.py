@@ -26,6 +26,7 @@ from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
+from .domain import reaching
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
@@ -43,16 +44,21 @@ class Client:
     """A client of the lifecycle, parameter and diagnostics interfaces of the nodes of one run.
 
     ``alive`` is called while waiting; it raises when waiting makes no sense any more.
+    ``environment`` says whom the client reaches; this process keeps its own.
     """
 
-    def __init__(self, alive: Callable[[], None]) -> None:
+    def __init__(
+        self, alive: Callable[[], None], environment: Mapping[str, str] | None = None
+    ) -> None:
         self._alive = alive
+        self._environment = environment or {}
         self._context = Context()
 
     def __enter__(self) -> Client:
         # The command handles its signals itself.
-        self._context.init(args=['--ros-args', '--log-level', 'WARN'])
-        self._node = rclpy.create_node('eventreg_run', context=self._context)
+        with reaching(self._environment):
+            self._context.init(args=['--ros-args', '--log-level', 'WARN'])
+            self._node = rclpy.create_node('eventreg_run', context=self._context)
         self._executor = make_executor(self._context)
         self._executor.add_node(self._node)
         self._seen: dict[str, dict[str, str]] = {}

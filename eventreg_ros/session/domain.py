@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import socket
 from collections.abc import Iterator, Mapping
@@ -35,6 +36,21 @@ def loopback_domain(environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
                 yield result
             return
     raise EventregError('no free ROS domain id on this machine; set ROS_DOMAIN_ID')
+
+
+@contextmanager
+def reaching(environment: Mapping[str, str]) -> Iterator[None]:
+    """Put ``environment`` into that of this process, and put back what was there in the end."""
+    before = {name: os.environ.get(name) for name in environment}
+    os.environ.update(environment)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def _hold(domain: int) -> socket.socket | None:

@@ -21,11 +21,11 @@ def intervene(action: Intervention) -> None:
     """
     run = the_run()
     if run is not None:
-        os.environ.update(run.environment)
         if action.node not in run.nodes:
             nearest = hint(action.node, run.nodes)
             raise EventregError(f'the run of {run.scenario} has no node {action.node!r}{nearest}')
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
+    environment |= run.environment if run is not None else {}
     try:
         from .client import Client
     except ImportError as error:
@@ -34,11 +34,11 @@ def intervene(action: Intervention) -> None:
 
     def patience() -> None:
         if time.monotonic() > end:
-            domain = os.environ.get('ROS_DOMAIN_ID', '0')
+            domain = environment.get('ROS_DOMAIN_ID', '0')
             raise EventregError(
                 f'no node {action.node!r} answers on ROS_DOMAIN_ID={domain}; start one with '
                 'eventreg run, or export the ROS_DOMAIN_ID of yours'
             )
 
-    with Client(patience) as client:
+    with Client(patience, environment) as client:
         client.act(action)

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -124,7 +125,6 @@ class Session:
             self.duration = whole.nodes['clock']['steps'] / whole.rate
         parameters = scratch / 'parameters.yaml'
         parameters.write_text(whole.to_yaml(), encoding='utf-8')
-        os.environ.update(environment)
         from .client import Client
 
         self.observer.began(
@@ -137,7 +137,7 @@ class Session:
             nodes = tuple(whole.nodes)
             with (
                 announced(self.scenario.name, nodes, environment),
-                Client(self._refuse_death) as client,
+                Client(self._refuse_death, environment) as client,
             ):
                 self._conduct(client, whole)
         finally:
@@ -292,6 +292,10 @@ def uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def _handling(handler: Any) -> Iterator[None]:
+    """Handle both signals so, where they can be: Python handles signals in the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = {number: signal.signal(number, handler) for number in numbers}
     try:

@@ -12,7 +12,7 @@ import pytest
 
 from eventreg_ros.errors import EventregError
 from eventreg_ros.session import domain
-from eventreg_ros.session.domain import DOMAINS, loopback_domain
+from eventreg_ros.session.domain import DOMAINS, loopback_domain, reaching
 
 
 def test_discovery_stays_on_the_loopback():
@@ -92,3 +92,13 @@ def test_a_domain_with_a_participant_is_left_alone(monkeypatch):
 
 def test_the_ports_of_every_domain_lie_below_the_ephemeral_ones():
     assert max(7400 + 250 * d + 10 + 2 * 119 for d in DOMAINS) < 32768
+
+
+def test_the_environment_of_this_process_is_put_back(monkeypatch):
+    monkeypatch.setenv('EVENTREG_A', '1')
+    monkeypatch.delenv('EVENTREG_B', raising=False)
+    before = dict(os.environ)
+    with pytest.raises(ZeroDivisionError), reaching({'EVENTREG_A': '2', 'EVENTREG_B': '3'}):
+        assert (os.environ['EVENTREG_A'], os.environ['EVENTREG_B']) == ('2', '3')
+        raise ZeroDivisionError
+    assert dict(os.environ) == before
