@@ -98,7 +98,9 @@ def test_the_environment_of_this_process_is_put_back(monkeypatch):
     monkeypatch.setenv('EVENTREG_A', '1')
     monkeypatch.delenv('EVENTREG_B', raising=False)
     before = dict(os.environ)
-    with pytest.raises(ZeroDivisionError), reaching({'EVENTREG_A': '2', 'EVENTREG_B': '3'}):
+    with reaching({'EVENTREG_A': '2', 'EVENTREG_B': '3'}):
         assert (os.environ['EVENTREG_A'], os.environ['EVENTREG_B']) == ('2', '3')
+    assert dict(os.environ) == before
+    with pytest.raises(ZeroDivisionError), reaching({'EVENTREG_A': '2', 'EVENTREG_B': '3'}):
         raise ZeroDivisionError
     assert dict(os.environ) == before
