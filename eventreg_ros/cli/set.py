@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
 
+from ..errors import ParameterError, shown
 from ..scenario.interventions import Intervention
+from ..scenario.reader import typed
 from ..session.intervene import intervene
 
 
@@ -16,7 +19,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Set it and return 0."""
-    action = Intervention.read(f'0:{args.parameter}:={args.value}')
-    intervene(action)
-    print(f'{args.parameter} is {action.value}')
+    found = re.fullmatch(r'([^:.\s]+)\.([^:\s]+)', args.parameter)
+    if found is None:
+        raise ParameterError(
+            f'set takes NODE.PARAM VALUE (controller.tau 0.0625), got {shown(args.parameter)} for '
+            'NODE.PARAM'
+        )
+    node, parameter = found.groups()
+    value = typed(args.value, args.parameter, parameter)
+    text = f'{args.parameter}:={args.value}'
+    run = intervene(Intervention(text, 0.0, node.strip('/'), 'set', parameter, value))
+    print(f'{args.parameter} is {value} in {run}')
     return 0

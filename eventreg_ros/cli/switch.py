@@ -16,6 +16,6 @@ def add_node(parser: argparse.ArgumentParser) -> None:
 
 def switch(node: str, action: Action) -> int:
     """Switch ``node`` on or off, say so, and return 0."""
-    intervene(Intervention(f'{node}:{action}', 0.0, node.strip('/'), action))
-    print(f'{node} is {"active" if action == "activate" else "inactive"}')
+    run = intervene(Intervention(f'{node}:{action}', 0.0, node.strip('/'), action))
+    print(f'{node} is {"active" if action == "activate" else "inactive"} in {run}')
     return 0

@@ -28,6 +28,15 @@ class Running(NamedTuple):
     nodes: tuple[str, ...]
     environment: Mapping[str, str]
 
+    @property
+    def domain(self) -> str:
+        """The ROS domain id in which its nodes are."""
+        return self.environment.get('ROS_DOMAIN_ID', '0')
+
+    def __str__(self) -> str:
+        """Return its scenario and its domain: exact on ROS_DOMAIN_ID=7."""
+        return f'{self.scenario} on ROS_DOMAIN_ID={self.domain}'
+
 
 @contextmanager
 def announced(
@@ -66,14 +75,17 @@ def the_run() -> Running | None:
         return None
     found = runs()
     if len(found) > 1:
-        which = ', '.join(
-            f'{run.scenario} on ROS_DOMAIN_ID={run.environment.get("ROS_DOMAIN_ID", "0")}'
-            for run in found
-        )
+        which = ', '.join(map(str, found))
         raise EventregError(
             f'several runs are active ({which}); choose one: export its ROS_DOMAIN_ID'
         )
     return found[0] if found else None
+
+
+def of_domain(domain: str) -> str:
+    """Return in words which run is in ``domain``; only the domain where none is announced."""
+    found = [str(run) for run in runs() if run.domain == domain]
+    return ', '.join(found) or f'ROS_DOMAIN_ID={domain}'
 
 
 def _home() -> Path:

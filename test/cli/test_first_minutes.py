@@ -1,6 +1,7 @@
 """list, new, set, activate, deactivate, --version, and what a typing error gets."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -71,16 +72,26 @@ def test_set_and_switch_reach_the_run_of_this_machine(spawn, tmp_path):
         '-m', 'eventreg_ros', 'run', 'exact', '--duration', '600', '--bag', 'bag',
         env=environment, cwd=tmp_path,
     )  # fmt: skip
+    began = ''
     for line in run.stdout:
+        began += line
         if 'events:' in line:
             break
-    assert eventreg('set', 'controller.k', '3')[:2] == (0, 'controller.k is 3\n')
+
+    def said(*words):
+        code, out, _ = eventreg(*words)
+        found = re.fullmatch(r'(.*) in exact on ROS_DOMAIN_ID=(\d+)\n', out)
+        assert code == 0
+        assert f'ROS_DOMAIN_ID={found[2]} ' in began
+        return found[1]
+
+    assert said('set', 'controller.k', '3') == 'controller.k is 3'
     code, _, err = eventreg('set', 'controller.tau', '0')
     assert code == 2
     assert 'controller.tau must be a finite number > 0' in err
     assert "did you mean 'controller'" in eventreg('deactivate', 'controler')[2]
-    assert eventreg('deactivate', 'controller')[:2] == (0, 'controller is inactive\n')
-    assert eventreg('activate', 'controller')[:2] == (0, 'controller is active\n')
+    assert said('deactivate', 'controller') == 'controller is inactive'
+    assert said('activate', 'controller') == 'controller is active'
     run.terminate()
     assert run.wait(60) in (0, 1, 3)
     assert not list(tmp_path.glob('eventreg_runs_*/*.json'))

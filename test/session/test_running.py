@@ -6,7 +6,7 @@ import os
 import pytest
 
 from eventreg_ros.errors import EventregError
-from eventreg_ros.session.running import announced, runs, the_run
+from eventreg_ros.session.running import announced, of_domain, runs, the_run
 
 ENVIRONMENT = {'ROS_DOMAIN_ID': '7', 'FASTDDS_X': 'a', 'HOME': '/nowhere'}
 
@@ -48,3 +48,9 @@ def test_a_domain_that_is_given_needs_no_run(monkeypatch):
     monkeypatch.setenv('ROS_DOMAIN_ID', '3')
     with announced('exact', ('plant',), ENVIRONMENT):
         assert the_run() is None
+
+
+def test_the_run_of_a_domain_is_named():
+    with announced('exact', ('plant',), ENVIRONMENT):
+        assert of_domain('7') == 'exact on ROS_DOMAIN_ID=7'
+        assert of_domain('8') == 'ROS_DOMAIN_ID=8'
