@@ -21,12 +21,13 @@ lockstep. A scenario names such a node by the parameters ``package`` and ``execu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED, Parameter
 from ..scenario.parameters import parameters_of
 from ..simulation.hold import drive
+from .managed import FaultError
 from .pace import Lines
 from .ros import run_node
 from .signal import SignalNode
@@ -58,7 +59,8 @@ class OwnBlock(SignalNode):
     ``kind`` says whose default signals it has: exosystem, plant, controller, reference, or block
     (none: give ``output``, and ``excitatory`` or ``inhibitory``). ``parameters`` are further ROS
     parameters; their checked values are in ``self.values``, beside those of every block (rate,
-    time_scale, hold, ...). A value that is not finite stops the node with a message.
+    time_scale, hold, ...). A value that is not finite, or an exception,
+    puts the node in its fault state with a message.
     """
 
     kind: str = 'plant'
@@ -82,11 +84,21 @@ class OwnBlock(SignalNode):
 
     def initial(self) -> float:
         """Return sample 0."""
-        return float(self.start())
+        return self._guarded('start', self.start)
 
     def step(self, n: int, lines: Lines) -> float:
         """Return sample ``n`` + 1."""
-        return float(self.advance(Drive(self.signs, lines), self.h))
+        return self._guarded('advance', self.advance, Drive(self.signs, lines), self.h)
+
+    def _guarded(self, name: str, call: Callable[..., float], *arguments: object) -> float:
+        """Call code of the user's. Raises FaultError with what it raises."""
+        try:
+            return float(call(*arguments))
+        except Exception as error:
+            raise FaultError(
+                f'{type(self).__name__}.{name} failed at step {self.n + 1}: '
+                f'{type(error).__name__}: {error}'
+            ) from error
 
 
 def run(block: type[OwnBlock], args: list[str] | None = None) -> int:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..control.adaptive import GAIN, learning_parameters
 from ..errors import ModelError, ParameterError, shown
-from ..models.catalogue import default_x0, model_names, model_of
+from ..models.catalogue import default_x0, model_names, model_of, try_out
 from ..models.model import Model, ModelParameter
 from ..models.neuron import OSCILLATOR
 from ..models.roles import ROLES
@@ -248,6 +248,10 @@ def _settle_x0(node: str, values: dict[str, Any], given: bool) -> None:
             f'{node}.x0 must have {model.dimension} numbers for model {values["model"]}, '
             f'got {shown(values["x0"])}'
         )
+    try:
+        try_out(values['model'], model, tuple(values['x0']), values)
+    except ModelError as error:
+        raise ParameterError(f'{node}.model: {error}') from None
 
 
 def _check_signals(node: str, values: Mapping[str, Any]) -> None:
