@@ -50,7 +50,7 @@ class Client:
     def __init__(
         self, alive: Callable[[], None], environment: Mapping[str, str] | None = None
     ) -> None:
-        self._alive = alive
+        self.alive = alive
         self._environment = environment or {}
         self._context = Context()
 
@@ -141,9 +141,9 @@ class Client:
         """Wait until ``done()``. Raises EventregError with ``what()`` after ``seconds``."""
         end = time.monotonic() + seconds
         while not done():
-            self._alive()
+            self.alive()
             if time.monotonic() > end:
-                raise EventregError(f'gave up after {seconds:g} s: {what()}')
+                raise EventregError(f'gave up after {seconds:.3g} s: {what()}')
             self.wait(0.02)
 
     def transition(self, nodes: Sequence[str], transition: int, seconds: float = 30.0) -> None:
@@ -169,14 +169,14 @@ class Client:
         if not result.successful:
             raise EventregError(f'{node}.{name}: {result.reason}')
 
-    def act(self, intervention: Intervention) -> None:
+    def act(self, intervention: Intervention, seconds: float = 30.0) -> None:
         """Do what an intervention says, now. Raises EventregError when the node refuses."""
         if intervention.action == 'set':
             name, value = intervention.parameter, intervention.value
-            self.set_parameter(intervention.node, name, value)
+            self.set_parameter(intervention.node, name, value, seconds)
         else:
             wanted = ACTIVATE if intervention.action == 'activate' else DEACTIVATE
-            self.transition([intervention.node], wanted)
+            self.transition([intervention.node], wanted, seconds)
 
     def resume(self, clock: str = 'clock', seconds: float = 30.0) -> None:
         """Let a clock that waits go on."""

@@ -36,6 +36,12 @@ LONG = 0.5
 FIRST_STEP = 30.0
 """Seconds within which all nodes must have made their first sample in lockstep."""
 
+PATIENCE = 30.0
+"""Seconds within which a node must do what is asked of it, if the run lasts as long."""
+
+GRACE = 1.0
+"""Seconds that a node is given for it even where the run is about to end."""
+
 FIRST, LAST = ('recorder', 'spike_monitor'), ('clock',)
 """Nodes that are activated before and after the others."""
 
@@ -83,6 +89,9 @@ class Session:
         self.troubles: list[str] = []
         """What went wrong after the start, each in words."""
         self._silent = self._without_step = 0.0
+        self._elapsed: Callable[[], float] = lambda: 0.0
+        self._gone: set[str] = set()
+        """The nodes that died and have not been heard since; one may be started again by hand."""
         self.started = False
         self.over = False
         """Whether what died makes going on pointless."""
@@ -104,6 +113,8 @@ class Session:
             if not self.started:
                 raise EventregError('interrupted before it began; nothing recorded') from None
             self.observer.warned('interrupted: judging what was recorded')
+            for each in self.pending:
+                self.observer.warned(f'--at {each.text} was not done')
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
 
@@ -179,8 +190,10 @@ class Session:
             client.transition(list(group), ACTIVATE)
         if elapsed() > 0.0 and not self.lockstep:
             self.observer.warned('the machine is slow: the nodes did not start at the same instant')
-        self.started = True
+        self.started, self._elapsed = True, elapsed
         self._watch(client, elapsed)
+        for each in self.pending:
+            self._not_done(each, 'the run was over')
 
     def _step_clock(self, client: Client, whole: Scenario) -> Callable[[], float]:
         """Return the simulated seconds that all participants have behind them."""
@@ -192,8 +205,8 @@ class Session:
         looked = time.monotonic()
         while (now := elapsed()) < self.duration - 1e-9:
             client.wait(0.1 if self.lockstep else self._pause(now))
-            self._intervene(client, now)
-            self._tell_deaths(now)
+            self._tell_deaths(client)
+            self._intervene(client, elapsed())
             self._note_faults(client)
             if self.lockstep:
                 self._note_standstill(client, now, min(time.monotonic() - looked, LONG))
@@ -218,18 +231,49 @@ class Session:
             due = [each for each in due if each.at == due[0].at]
         for each in due:
             self.pending.remove(each)
-            self.observer.warned(f'at {each.at:g} s: {each.text.partition(":")[2]}')
-            try:
-                client.act(each)
-            except EventregError as error:
-                self.troubles.append(f'--at {each.text}: {error}')
-        if due and self.lockstep:
-            client.resume()
+            self._act(client, each)
+        if due and self.lockstep and not self.over:
+            self._resume(client)
 
-    def _tell_deaths(self, elapsed: float) -> None:
+    def _act(self, client: Client, each: Intervention) -> None:
+        """Do it while the run lasts; a node that is dead is not waited for."""
+        client.alive = lambda: self._need_alive(client, each.node)
+        left = PATIENCE if self.lockstep else max(self.duration - self._elapsed(), GRACE)
+        try:
+            client.alive()
+            self.observer.warned(f'at {each.at:g} s: {each.text.partition(":")[2]}')
+            client.act(each, min(left, PATIENCE))
+        except EventregError as error:
+            self._not_done(each, str(error))
+
+    def _resume(self, client: Client) -> None:
+        client.alive = lambda: self._need_alive(client, 'clock')
+        try:
+            client.resume()
+        except EventregError as error:
+            self.troubles.append(f'clock: {error}')
+
+    def _need_alive(self, client: Client, node: str) -> None:
+        """Raise EventregError when ``node`` died and was not started again."""
+        self._tell_deaths(client)
+        if node in self._gone and client.take_heard(node):
+            self._gone.discard(node)
+        if node in self._gone:
+            raise EventregError(f'{node} {self.processes.died[node]}')
+        if self.over:
+            raise EventregError('the run was over')
+
+    def _not_done(self, each: Intervention, why: str) -> None:
+        line = f'--at {each.text} was not done: {why}'
+        self.observer.warned(line)
+        self.troubles.append(line)
+
+    def _tell_deaths(self, client: Client) -> None:
         for node in self.processes.look():
-            how = f'{node} {self.processes.died[node]} after {elapsed:.1f} s'
+            how = f'{node} {self.processes.died[node]} after {self._elapsed():.1f} s'
             self.troubles.append(how)
+            self._gone.add(node)
+            client.take_heard(node)
             if self.composed or self.lockstep or node == 'recorder':
                 self.over = True
                 continue

@@ -52,7 +52,9 @@ def test_the_verdict_over_real_topics_is_that_of_the_paper(
 
 
 def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, children, tmp_path):
-    process = run('exact', '--duration', '8', '--bag', 'bag', '-p', 'recorder.storage:=sqlite3')
+    at = ['--at', '6.5:controller.k:=2', '--at', '7:plant.k:=2']
+    storage = ['-p', 'recorder.storage:=sqlite3']
+    process = run('exact', '--duration', '8', '--bag', 'bag', *storage, *at)
     assert 'ROS_DOMAIN_ID' in process.stdout.readline()
     assert '0.0 of 8 s' in process.stdout.readline()
     assert 'of 8 s' in process.stdout.readline()  # five seconds on, all signals are there
@@ -60,6 +62,8 @@ def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, children, tmp_pa
     out, err = process.communicate(timeout=60)
     assert process.returncode == 4
     assert 'controller was killed by SIGKILL' in err
+    assert '6.5:controller.k:=2 was not done: controller was killed by SIGKILL\n' in err
+    assert 'changed: plant.k:=2 at 7' in out
     assert 'Traceback' not in err
     assert 'bag: bag' in out
     assert (tmp_path / 'bag' / 'metadata.yaml').exists()

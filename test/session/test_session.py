@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from eventreg_ros import scenario as scenarios
+from eventreg_ros.scenario.interventions import read_all
 from eventreg_ros.session.session import Observer, Session
 
 
@@ -28,11 +29,34 @@ class Processes:
         return found
 
 
+class Client:
+    """A client of nodes that do all they are asked, except ``dying``, which die while asked."""
+
+    def __init__(self, session=None, dying=()):
+        self.session, self.dying, self.heard = session, dying, set()
+        self.done, self.patience = [], []
+
+    def take_heard(self, node):
+        heard = node in self.heard
+        self.heard.discard(node)
+        return heard
+
+    def act(self, each, seconds):
+        if each.node in self.dying:
+            self.session.processes.fresh = [each.node]
+        self.alive()
+        self.done.append(each.text)
+        self.patience.append(seconds)
+
+    def resume(self):
+        self.alive()
+
+
 def session(scenario=None, **options):
     made = Session(
         scenario or scenarios.load('exact'), Path('bag'), 12.0, observer=Heard(), **options
     )
-    made.processes = Processes()
+    made.processes, made._elapsed = Processes(), lambda: 1.8
     return made
 
 
@@ -46,7 +70,7 @@ def session(scenario=None, **options):
 def test_a_node_that_died_is_started_again_by_its_own_executable(values, command):
     dying = session(scenarios.load('exact').with_given({'plant': values}))
     dying.processes.fresh = ['plant']
-    dying._tell_deaths(1.8)
+    dying._tell_deaths(Client())
     assert dying.observer.lines == [
         'plant was killed by SIGKILL after 1.8 s; the others run on, and it may be started '
         f'again: {command}'
@@ -56,7 +80,43 @@ def test_a_node_that_died_is_started_again_by_its_own_executable(values, command
 def test_in_lockstep_nobody_runs_on():
     dying = session(lockstep=True)
     dying.processes.fresh = ['plant']
-    dying._tell_deaths(1.8)
+    dying._tell_deaths(Client())
     assert dying.over
     assert dying.troubles == ['plant was killed by SIGKILL after 1.8 s']
     assert not dying.observer.lines
+
+
+AT = ['6:plant.k:=2', '7:controller.k:=2']
+
+
+def intervened(now, before=(), dying=(), heard=()):
+    case = scenarios.load('exact')
+    made = session(case, interventions=read_all(AT, case))
+    client = Client(made, dying)
+    made._elapsed = lambda: now
+    made.processes.fresh = list(before)
+    made._tell_deaths(client)
+    client.heard.update(heard)
+    made._intervene(client, now)
+    return made, client
+
+
+@pytest.mark.parametrize('death', ['before', 'dying'])
+def test_an_action_on_a_dead_node_is_reported_and_the_others_are_done(death):
+    made, client = intervened(7.0, **{death: ['plant']})
+    undone = '--at 6:plant.k:=2 was not done: plant was killed by SIGKILL'
+    assert client.done == AT[1:]
+    assert made.troubles == ['plant was killed by SIGKILL after 7.0 s', undone]
+    assert undone in made.observer.lines
+
+
+def test_a_node_that_was_started_again_is_asked():
+    made, client = intervened(7.0, before=['plant'], heard=['plant'])
+    assert client.done == AT
+    assert len(made.troubles) == 1
+
+
+@pytest.mark.parametrize(('now', 'patience'), [(7.0, 5.0), (11.9, 1.0)])
+def test_a_node_is_waited_for_as_long_as_the_run_lasts_or_a_second(now, patience):
+    _, client = intervened(now)
+    assert client.patience == [patience] * 2
