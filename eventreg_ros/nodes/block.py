@@ -14,8 +14,9 @@ from ..runtime.cdr import packed
 from ..scenario import block_spec
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
+from ..simulation.model_errors import ARITHMETIC
 from .arrivals import SequencedArrivals, StampedArrivals
-from .managed import OK, WARN, Status
+from .managed import OK, WARN, FaultError, Status
 from .pace import Inputs, Lines, Tick
 from .signal import SignalNode
 from .topics import signal_topic
@@ -105,6 +106,13 @@ class BlockNode(SignalNode):
         return y if math.isfinite(sum(self.block.x)) else math.nan
 
     def _next(self, tick: Tick) -> float:
+        try:
+            return self._stepped(tick)
+        except ARITHMETIC as error:  # of a model whose code we do not know
+            why = f'{type(error).__name__}: {error}'
+            raise FaultError(f'the model of {self.label} failed at step {tick.n}: {why}') from error
+
+    def _stepped(self, tick: Tick) -> float:
         block = self.block
         if not isinstance(block, PredictingBlock):
             return super()._next(tick)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import EventregError
 from .loop import Loop
+from .model_errors import in_words
 from .model_time import count_steps, model_times
 from .system import System
 from .trajectory import Array, Trajectory
@@ -110,7 +111,7 @@ class _Integration:
             return x[:, None]
         at = np.unique(np.append(t, end))
         rhs = self._rhs(start, end)
-        with np.errstate(all='ignore'):
+        with np.errstate(all='ignore'), in_words():
             if not all(map(math.isfinite, rhs(start, x))):
                 raise _not_finite(start)
             result = solve_ivp(rhs, (start, end), x, 'DOP853', at, rtol=self._rtol, atol=self._atol)

@@ -17,6 +17,7 @@ from .impairment import PERFECT, Impairment, Received, received
 from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
+from .model_errors import in_words
 from .model_time import count_steps, model_times
 from .noise import SILENCE, Noise
 from .stimulus import Stimulus
@@ -115,7 +116,8 @@ class SampledLoop:
         for first, last, due in _stretches(turns, steps, self.h):
             for turn in due:
                 self._take(turn, blocks, table, t, first)
-            table = self._advance(blocks, table, have, (first, last), noise, compiled)
+            with in_words():
+                table = self._advance(blocks, table, have, (first, last), noise, compiled)
         states = [number for each in blocks for number in each.x]
         _check(t, table, states)
         return Trajectory(t, dict(zip(self.signals, table, strict=True)))
