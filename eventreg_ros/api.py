@@ -35,7 +35,8 @@ from .scenario.criteria import RESET, THRESHOLD
 from .session import identified, simulated
 from .session.bag import Recorded
 from .session.compared import compare, open_run
-from .session.simulated import Run, judge
+from .session.judged import judge
+from .session.simulated import Run
 from .theory.certificates import Certificate
 from .theory.certify import certify
 

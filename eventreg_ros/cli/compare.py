@@ -17,9 +17,8 @@ from .arguments import add_json, add_window, check_plot, warn, write_json, write
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..analysis.recorded import Analysis
-    from ..api import Run
     from ..plots.comparison_plot import Shown
+    from ..session.judged import Judged
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,18 +62,14 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
-def _shown(names: Sequence[str], runs: Sequence[Run | Analysis]) -> list[Shown]:
+def _shown(names: Sequence[str], runs: Sequence[Judged]) -> list[Shown]:
     """Return the runs as they are drawn."""
-    from ..analysis.signal import Signal
-    from ..api import Run
     from ..plots.comparison_plot import Shown
 
     return [
         Shown(
             name,
-            {s: Signal(run.t, x) for s, x in run.signals.items()}
-            if isinstance(run, Run)
-            else run.signals,
+            run.over_time(),
             {s: entry.events for s, entry in run.report.signals.items()},
         )
         for name, run in zip(names, runs, strict=True)

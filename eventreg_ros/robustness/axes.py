@@ -104,7 +104,9 @@ def _axis(name: str, spec: str, text: str) -> Axis | None:
     found = _NAME.fullmatch(name)
     if found is None:
         Override.read(text)
-        raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.x0[0]:=0..1/5), got {text!r}')
+        raise ParameterError(
+            f'a range must be NODE.PARAM:=VALUES (plant.x0[0]:=0..1/5), got {text!r}'
+        )
     node, parameter, index = found.groups()
     node = node if node == '/**' else node.strip('/')
     if node == LINKS and parameter not in OF_LINKS:

@@ -44,7 +44,7 @@ class Intervention(NamedTuple):
             read = typed(value, f'--at {text}', parameter)
             return cls(text, _time(text, at), node.strip('/'), 'set', parameter, read)
         raise ParameterError(
-            '--at must be T:NODE.PARAM:=VALUE, T:NODE:activate or T:NODE:deactivate '
+            'an intervention must be T:NODE.PARAM:=VALUE, T:NODE:activate or T:NODE:deactivate '
             f'(150:controller:deactivate), got {text!r}'
         )
 
@@ -60,10 +60,11 @@ def _time(text: str, at: str) -> float:
 
 
 def read_all(texts: Iterable[str], scenario: Scenario) -> list[Intervention]:
-    """Read and check interventions; return them in the order of their times.
+    """Read and check interventions; return them in the order of their times; one text is one.
 
     Raises ParameterError or ScenarioError.
     """
+    texts = [texts] if isinstance(texts, str) else texts
     found = sorted(map(Intervention.read, texts), key=lambda each: each.at)
     _course(found, scenario)
     return found

@@ -177,7 +177,9 @@ class Override(NamedTuple):
         """Read the text behind a -p. Raises ParameterError."""
         match = re.fullmatch(r'(/\*\*|[^.:\s]+)\.([^:\s]+):=(.*)', text, re.DOTALL)
         if not match:
-            raise ParameterError(f'-p must be NODE.PARAM:=VALUE (plant.k:=2), got {shown(text)}')
+            raise ParameterError(
+                f'an override must be NODE.PARAM:=VALUE (plant.k:=2), got {shown(text)}'
+            )
         node, parameter, value = match.groups()
         node = node if node == EVERYONE else node.strip('/')
         return cls(text, node, parameter, typed(value, f'-p {text}', parameter))

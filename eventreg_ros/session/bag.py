@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..analysis.recorded import Analysis
+from ..analysis.recorded import Analysis, need_span
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
-from ..scenario import Criteria
+from ..scenario import Criteria, Scenario
 from ..simulation.trajectory import Array
 from .judged import Judged
 
@@ -30,6 +30,27 @@ class Recorded(Judged):
     def criteria(self) -> Criteria:
         """By what it was judged."""
         return self.analysis.criteria
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """By what it was judged, None where the bag has none and none was given."""
+        return self.analysis.scenario
+
+    def judged_by(
+        self,
+        settle: float | None = None,
+        window: float | None = None,
+        *,
+        blind: float | None = None,
+        until: float | None = None,
+    ) -> Report:
+        """Return the report by other criteria; see :func:`.judged.judge`."""
+        wanted = self.criteria.overridden(settle=settle, window=window, blind=blind)
+        end = self.analysis.until if until is None else until
+        need_span(wanted, self.analysis.duration, settle=settle, until=until)
+        if (wanted, end) == (self.criteria, self.analysis.until):
+            return self.report
+        return replace(self.analysis, criteria=wanted, until=end).report
 
     def over_time(self) -> Signals:
         """Return the signals with their model times."""

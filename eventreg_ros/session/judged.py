@@ -9,7 +9,8 @@ from ..analysis.export import to_dataframe, to_xarray
 from ..analysis.report_table import table
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
-from ..scenario import Criteria
+from ..errors import EventregError, shown
+from ..scenario import Criteria, Scenario
 
 if TYPE_CHECKING:
     import pandas
@@ -19,7 +20,16 @@ if TYPE_CHECKING:
 
 
 class Judged:
-    """A run that has been judged. A subclass gives ``report``, ``over_time`` and ``criteria``."""
+    """A run that has been judged.
+
+    A subclass gives ``report``, ``over_time``, ``criteria``, ``scenario`` and ``judged_by``.
+    """
+
+    if TYPE_CHECKING:  # a dataclass would take a property for the default of its field
+
+        @property
+        def scenario(self) -> Scenario | None:
+            """What was run, None where nobody knows."""
 
     @property
     def report(self) -> Report:
@@ -33,6 +43,17 @@ class Judged:
 
     def over_time(self) -> Signals:
         """Return the signals, each with its own model times."""
+        raise NotImplementedError
+
+    def judged_by(
+        self,
+        settle: float | None = None,
+        window: float | None = None,
+        *,
+        blind: float | None = None,
+        until: float | None = None,
+    ) -> Report:
+        """Return the report by other criteria; see :func:`judge`."""
         raise NotImplementedError
 
     @property
@@ -88,3 +109,24 @@ class Judged:
         head = f'<b>{escape(self.report.scenario)}: {escape(self.verdict)}</b>'
         words = f'<p>{escape(self.reason)}</p>'
         return f'{head}{words}<pre>{escape(str(self))}</pre>'
+
+
+def judge(
+    run: Judged,
+    settle: float | None = None,
+    window: float | None = None,
+    *,
+    blind: float | None = None,
+    until: float | None = None,
+) -> Report:
+    """Return the report on a run: verdict, reason, evidence, rejection, signals.
+
+    By the criteria of the run, except those given (model time): events before ``settle`` and after
+    ``until`` do not count; those of y and y_r match within ``window``. Raises EventregError when
+    that leaves nothing of the run, and for what is no run.
+    """
+    if not isinstance(run, Judged):
+        raise EventregError(
+            f'judge takes a run, as simulate, run, analyze and open_run return it, got {shown(run)}'
+        )
+    return run.judged_by(settle, window, blind=blind, until=until)

@@ -56,6 +56,17 @@ class LiveRun(Judged):
         """By what it was judged."""
         return self.recorded.criteria
 
+    def judged_by(
+        self,
+        settle: float | None = None,
+        window: float | None = None,
+        *,
+        blind: float | None = None,
+        until: float | None = None,
+    ) -> Report:
+        """Return the report by other criteria; see :func:`.judged.judge`."""
+        return self.recorded.judged_by(settle, window, blind=blind, until=until)
+
     def over_time(self) -> Signals:
         """Return the signals with their model times."""
         return self.recorded.over_time()

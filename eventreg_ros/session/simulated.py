@@ -51,7 +51,7 @@ class Run(Judged):
     @cached_property
     def report(self) -> Report:
         """The verdict and everything behind it, by the scenario's criteria."""
-        return judge(self)
+        return self.judged_by()
 
     @property
     def criteria(self) -> Criteria:
@@ -61,6 +61,26 @@ class Run(Judged):
     def over_time(self) -> Signals:
         """Return the signals with their model times."""
         return {name: Signal(self.t, x) for name, x in self.signals.items()}
+
+    def judged_by(
+        self,
+        settle: float | None = None,
+        window: float | None = None,
+        *,
+        blind: float | None = None,
+        until: float | None = None,
+    ) -> Report:
+        """Return the report by other criteria; see :func:`.judged.judge`."""
+        subject = subject_of(self.scenario, self.signals)
+        criteria = subject.criteria.overridden(settle=settle, window=window, blind=blind)
+        need_span(criteria, float(self.t[-1]), settle=settle, until=until)
+        signals = {name: Signal(self.fine.t, x) for name, x in self.fine.signals.items()}
+        wanted = replace(subject, criteria=criteria)
+        report = judge_signals(signals, wanted, until=until, changes=self.changes)
+        coarse = {  # the fine grid is for the events alone
+            name: replace(signal, samples=len(self.t)) for name, signal in report.signals.items()
+        }
+        return replace(report, signals=coarse)
 
 
 def simulate(
@@ -113,29 +133,3 @@ def simulate(
     for name, draws in added.draw(len(t)):
         coarse[name] = coarse[name] + draws
     return Run(scenario, t, coarse, Trajectory(t, coarse) if noise else found, changes)
-
-
-def judge(
-    run: Run,
-    settle: float | None = None,
-    window: float | None = None,
-    *,
-    blind: float | None = None,
-    until: float | None = None,
-) -> Report:
-    """Return the report on a run: verdict, reason, evidence, rejection, signals.
-
-    By the scenario's criteria, except those given (model time): events before ``settle`` and after
-    ``until`` do not count; those of y and y_r match within ``window``. Raises EventregError when
-    that leaves nothing of the run.
-    """
-    subject = subject_of(run.scenario, run.signals)
-    criteria = subject.criteria.overridden(settle=settle, window=window, blind=blind)
-    need_span(criteria, float(run.t[-1]), settle=settle, until=until)
-    signals = {name: Signal(run.fine.t, x) for name, x in run.fine.signals.items()}
-    wanted = replace(subject, criteria=criteria)
-    report = judge_signals(signals, wanted, until=until, changes=run.changes)
-    coarse = {  # the fine grid is for the events alone
-        name: replace(signal, samples=len(run.t)) for name, signal in report.signals.items()
-    }
-    return replace(report, signals=coarse)

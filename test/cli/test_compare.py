@@ -5,9 +5,8 @@ import re
 
 import pytest
 
-from eventreg_ros import compare, load, simulate
+from eventreg_ros import analyze, compare, load, simulate
 from eventreg_ros.analysis.comparison_words import as_json, table
-from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.bags.writer import write_bag
 from eventreg_ros.cli.main import main
 

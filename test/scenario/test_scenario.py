@@ -421,11 +421,11 @@ def test_overrides_do_not_outlive_their_scenario():
 @pytest.mark.parametrize(
     ('override', 'words'),
     [
-        ('nonsense', "-p must be NODE.PARAM:=VALUE (plant.k:=2), got 'nonsense'"),
-        ('plant.k=2', '-p must be NODE.PARAM:=VALUE'),
-        ('k:=2', '-p must be NODE.PARAM:=VALUE'),
-        ('plant.:=2', '-p must be NODE.PARAM:=VALUE'),
-        ('', '-p must be NODE.PARAM:=VALUE'),
+        ('nonsense', "an override must be NODE.PARAM:=VALUE (plant.k:=2), got 'nonsense'"),
+        ('plant.k=2', 'an override must be NODE.PARAM:=VALUE'),
+        ('k:=2', 'an override must be NODE.PARAM:=VALUE'),
+        ('plant.:=2', 'an override must be NODE.PARAM:=VALUE'),
+        ('', 'an override must be NODE.PARAM:=VALUE'),
         ('controller.tau:=-1', 'controller.tau must be a finite number > 0, got -1'),
         ('plant.k:=', '-p plant.k:= has no value; write it behind :='),
         ('plant.k:=[', '-p plant.k:=[, line 2: not valid YAML'),
