@@ -84,7 +84,7 @@ def conduct(order: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix='eventreg_hosts_') as scratch:
         bag = Path(scratch) / 'bag'
         scenario = scenarios.load(order['scenario'], order['overrides'])
-        session = Session(scenario, bag, order['duration'], observer=Began())
+        session = Session(scenario, bag, order['duration'], observer=Began(), network=True)
         session.processes = HostProcesses(order['prefixes'])
         session.perform()
         if session.troubles:

@@ -6,7 +6,9 @@ import contextlib
 import errno
 import itertools
 import os
+import shutil
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +17,9 @@ from .errors import EventregError
 
 TEXT_LIMIT = 1 << 20
 """Bytes of a scenario or another parameter file; the largest that is shipped has 2,000."""
+
+SCRATCH = 'eventreg_run_'
+"""Directories of ours for temporary files begin with this."""
 
 _KINDS = {
     stat.S_IFDIR: 'a directory',
@@ -66,6 +71,46 @@ def reason_of(error: OSError) -> str:
     """Return what the operating system says, in lower case; without the path."""
     words = error.strerror or str(error) or type(error).__name__
     return words[0].lower() + words[1:]
+
+
+@contextmanager
+def scratch_directory() -> Iterator[Path]:
+    """Yield a new directory that goes with the block; and remove what dead processes left of such.
+
+    Its name has the id of this process.
+    """
+    _remove_dead()
+    path = Path(tempfile.mkdtemp(prefix=scratch_prefix()))
+    try:
+        yield path
+    finally:
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def scratch_prefix() -> str:
+    """Return what the name of a temporary directory of this process begins with."""
+    return f'{SCRATCH}{os.getpid()}_'
+
+
+def _remove_dead() -> None:
+    """Remove this user's scratch directories whose process is gone."""
+    for path in Path(tempfile.gettempdir()).glob(f'{SCRATCH}*_*'):
+        with contextlib.suppress(OSError, ValueError):
+            pid = int(path.name.removeprefix(SCRATCH).partition('_')[0])
+            status = path.lstat()
+            ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
+            if ours and not _is_alive(pid):
+                shutil.rmtree(path, ignore_errors=True)
+
+
+def _is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 @contextmanager

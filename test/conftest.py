@@ -126,9 +126,9 @@ def _python():
     return python
 
 
-def python(*arguments, **more):
+def python(*arguments, env=None, **more):
     """Run this Python with ``arguments`` so that it finds the package."""
-    environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
+    environment = {**(os.environ if env is None else env), 'PYTHONPATH': str(ROOT)}
     return subprocess.run(
         [sys.executable, *arguments],
         env=environment, capture_output=True, text=True, timeout=60, check=False, **more,

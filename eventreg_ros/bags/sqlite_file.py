@@ -10,6 +10,7 @@ from typing import IO, NamedTuple
 
 import numpy as np
 
+from ..files import scratch_directory
 from .channel import Account, Bytes, Channel, Index, Select, UnreadableError, absolute, full_type
 from .metadata import custom_data
 from .sqlite_pages import Layout
@@ -139,9 +140,8 @@ def _settled(path: Path, account: Account, stack: ExitStack) -> Path:
     if not beside:
         return path
     import shutil
-    from tempfile import TemporaryDirectory
 
-    scratch = Path(stack.enter_context(TemporaryDirectory(prefix='eventreg_')))
+    scratch = stack.enter_context(scratch_directory())
     for source in (path, *beside):
         shutil.copyfile(source, scratch / source.name)
     try:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from ..files import scratch_directory
 from . import mcap_records
 from .channel import Account, Select, UnreadableError
 from .compression import ZSTD_MAGIC, unpack_file
@@ -73,8 +73,8 @@ def _format(path: Path, head: bytes) -> Format:
 def _read_packed(path: Path, select: Select) -> Account:
     """Read a file that was packed as a whole: what it holds goes into a temporary file first."""
     name = path.stem if path.suffix in PACKED else path.name
-    with TemporaryDirectory(prefix='eventreg_') as scratch:
-        plain = Path(scratch) / name
+    with scratch_directory() as scratch:
+        plain = scratch / name
         whole = unpack_file(path, plain)
         account = read_file(plain, select)
     if not whole:

@@ -52,6 +52,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--timing', action='store_true', help='print what each node measured of its own time'
     )
+    parser.add_argument(
+        '--network', action='store_true',
+        help='let other hosts see the nodes and set them; else the run keeps to the loopback',
+    )  # fmt: skip
     add_link(parser)
     add_at(parser, 'S', 'seconds')
     add_report_outputs(parser)
@@ -77,6 +81,7 @@ def main(args: argparse.Namespace) -> int:
         composed=args.composed,
         observer=Terminal(duration),
         at=args.at,
+        network=args.network,
         settle=args.settle,
         window=args.window,
     )

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import ast
 import importlib
+import os
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ..errors import complain, ros_is_missing
+from ..errors import EventregError, complain, ros_is_missing
 from ..scenario.parameter import Parameter
 from ..scenario.parameters import parameters_of
+from . import environment
 
 HELP = ('-h', '--help')
 
@@ -26,7 +28,10 @@ def run(node: str, arguments: Sequence[str]) -> int:
         rows = parameters_of(node).values()
         return answer(words[0], node, ast.get_docstring(ast.parse(source)), rows)
     try:
+        environment.check(os.environ)
         module = importlib.import_module(f'.{node}', __package__)
+    except EventregError as error:
+        return complain('eventreg_ros', error)
     except ImportError as error:
         return complain('eventreg_ros', ros_is_missing(node, error))
     sys.argv = [node, *arguments]

@@ -8,13 +8,12 @@ rather than waited for.
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from ..errors import EventregError, ScenarioError
-from ..files import UnreadableError, read_text
+from ..files import UnreadableError, read_text, scratch_directory
 from ..scenario import ros_yaml
 from ..scenario.names import NAMING
 from ..scenario.parameters import all_parameters, is_ros_parameter
@@ -72,8 +71,8 @@ def _file(path: str, stack: ExitStack) -> str:
     quoted = ros_yaml.quoted(text, f'--params-file {path}', _known)
     if quoted == text:
         return path
-    directory = stack.enter_context(tempfile.TemporaryDirectory(prefix='eventreg_'))
-    copy = Path(directory) / (Path(path).name or 'parameters.yaml')
+    directory = stack.enter_context(scratch_directory())
+    copy = directory / (Path(path).name or 'parameters.yaml')
     copy.write_text(quoted, encoding='utf-8')
     return str(copy)
 

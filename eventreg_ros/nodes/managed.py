@@ -19,7 +19,6 @@ from ..scenario.qos import check_key, keys_of
 from .declare import declare, fitted, given_to, widened
 from .endpoints import Endpoints
 from .given import as_meant
-from .ros import RCLError
 from .topics import DIAGNOSTICS
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -73,16 +72,18 @@ class ManagedNode(Endpoints):
         self._heartbeat = self.steady_timer(1.0, self.publish_diagnostics)
 
     def _LifecycleNodeMixin__on_change_state(self, request: Any, response: Any) -> Any:  # noqa: N802
-        """Refuse a transition that the present state does not have; rclpy would end the node."""
-        try:
-            # The name is rclpy's private one: it has no other place at which to catch this.
+        """Refuse a transition that the present state does not have; rclpy would end the node.
+
+        That is no fault: a request whose answer was late is sent again.
+        """
+        wanted = request.transition.label or request.transition.id
+        known = self._state_machine.available_transitions
+        if any(wanted in (number, label) for number, label, *_ in known):
+            # The name is rclpy's private one: it has no other place at which to come between.
             return super()._LifecycleNodeMixin__on_change_state(request, response)  # type: ignore[misc]
-        except RCLError as error:
-            self.get_logger().warning(
-                f'transition refused, the node is {self.stage}: {str(error).split(",")[0]}'
-            )
-            response.success = False
-            return response
+        self.get_logger().info(f'no transition {wanted}: the node is {self.stage}')
+        response.success = False
+        return response
 
     # What a subclass says
 

@@ -23,6 +23,7 @@ from .. import interrupts
 from ..errors import EventregError, complain, confess
 from ..scenario.names import KINDS
 from ..scenario.parameters import parameters_of
+from . import environment
 from .executables import answer, own_words
 from .given import as_meant, refusal
 
@@ -102,6 +103,8 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
 
 def _init(arguments: list[str]) -> None:
     """Initialise rclpy. Raises EventregError when it refuses the arguments or the environment."""
+    environment.check(os.environ)
+    environment.check_security(os.environ)
     with as_meant(arguments) as meant:
         try:
             rclpy.init(args=meant)
@@ -120,6 +123,8 @@ def _was_shut_down() -> bool:
 def _refuse(error: Exception) -> int:
     if isinstance(error, EventregError | InvalidParameterTypeException):
         return complain('eventreg_ros', error)
+    if isinstance(error, RCLError):  # the middleware, the environment
+        return complain('eventreg_ros', str(error).split(', at ')[0])
     return confess('eventreg_ros', error)
 
 

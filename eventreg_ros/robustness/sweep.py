@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..analysis.export import need
+from ..files import scratch_prefix
 from .axes import Array
 from .outcome import VERDICTS, Outcomes
 from .plan import Plan
@@ -95,7 +96,7 @@ def run_sweep(
     ``out`` is the directory in which it is kept; without one nothing stays. ``run`` is where it
     runs (None: here). Raises EventregError for a bad plan, or a directory that holds another one.
     """
-    scratch = None if out else tempfile.TemporaryDirectory(prefix='eventreg_')
+    scratch = None if out else tempfile.TemporaryDirectory(prefix=scratch_prefix())
     store = Store(out or Path(scratch.name) / 'sweep', plan)  # type: ignore[union-attr]
     if out is not None:
         check_table(store.table)

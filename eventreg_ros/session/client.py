@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 
 from ..errors import EventregError
 from ..nodes import topics
-from ..nodes.ros import make_executor
+from ..nodes.ros import RCLError, make_executor
 from ..runtime.figures import STEP
 from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
@@ -36,6 +36,12 @@ _REACHED = {
     DEACTIVATE: State.PRIMARY_STATE_INACTIVE,
 }
 
+NAME = 'eventreg_run'
+"""The name of the client's own node."""
+
+LOOK = 3.0
+"""Seconds without a new node after which all nodes of a domain have been discovered."""
+
 _RESEND = 3.0
 """Seconds without an answer after which a request is sent again."""
 
@@ -43,22 +49,32 @@ _RESEND = 3.0
 class Client:
     """A client of the lifecycle, parameter and diagnostics interfaces of the nodes of one run.
 
-    ``alive`` is called while waiting; it raises when waiting makes no sense any more.
-    ``environment`` says whom the client reaches; this process keeps its own.
+    ``alive`` is called while waiting; it raises when waiting makes no sense any more. What other
+    nodes than ``nodes`` report is ignored. ``environment`` says whom the client reaches; this
+    process keeps its own.
     """
 
     def __init__(
-        self, alive: Callable[[], None], environment: Mapping[str, str] | None = None
+        self,
+        alive: Callable[[], None],
+        nodes: Collection[str] = (),
+        environment: Mapping[str, str] | None = None,
     ) -> None:
         self.alive = alive
+        self._nodes = {f'/{node}' for node in nodes}
         self._environment = environment or {}
         self._context = Context()
 
     def __enter__(self) -> Client:
-        # The command handles its signals itself.
-        with reaching(self._environment):
-            self._context.init(args=['--ros-args', '--log-level', 'WARN'])
-            self._node = rclpy.create_node('eventreg_run', context=self._context)
+        try:
+            # The command handles its signals itself.
+            with reaching(self._environment):
+                self._context.init(args=['--ros-args', '--log-level', 'WARN'])
+                self._node = rclpy.create_node(NAME, context=self._context)
+        except RCLError as error:
+            self._context.try_shutdown()
+            reason = str(error).split(', at ')[0]
+            raise EventregError(f'ROS cannot be used here: {reason}; look at ROS_*') from None
         self._executor = make_executor(self._context)
         self._executor.add_node(self._node)
         self._seen: dict[str, dict[str, str]] = {}
@@ -89,12 +105,39 @@ class Client:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node = status.name.partition(':')[0]
+            if node not in self._nodes:
+                continue
             self._heard.add(node)
             self._seen[node] = {v.key: v.value for v in status.values}
             if status.level == DiagnosticStatus.ERROR and STEP not in self._seen[node]:
                 self.faults[node] = status.message
             elif status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
                 self.warnings.setdefault(node, []).append(status.message)
+
+    def need_room(self, nodes: Collection[str], signals: Collection[str]) -> None:
+        """Raise EventregError when nodes of these names, or publishers of ``signals``, are here."""
+        present: set[str] = set()
+        end = time.monotonic() + LOOK
+        while time.monotonic() < end:
+            self.alive()
+            self.wait(0.05)
+            now_present = self._present()
+            if now_present != present:
+                present, end = now_present, time.monotonic() + LOOK
+        clash = sorted(f'/{node}' for node in nodes if f'/{node}' in present)
+        for signal in signals:
+            for found in self._node.get_publishers_info_by_topic(f'/{signal}'):
+                clash.append(f'a publisher of /{signal}, {_full_name(found)}')
+        if clash:
+            domain = self._context.get_domain_id()
+            raise EventregError(
+                f'on ROS_DOMAIN_ID={domain} there is {", ".join(clash)} already, and two would '
+                'disturb each other; stop them, or unset ROS_DOMAIN_ID for a domain of its own'
+            )
+
+    def _present(self) -> set[str]:
+        found = self._node.get_node_names_and_namespaces()
+        return {f'{space.rstrip("/")}/{name}' for name, space in found}
 
     def seen(self, node: str) -> dict[str, str]:
         """Return what ``node`` said of itself last: keys and values of its diagnostics."""
@@ -240,6 +283,11 @@ class Client:
             ]
 
         self.until(lambda: not missing(), seconds, lambda: f'not matched: {", ".join(missing())}')
+
+
+def _full_name(endpoint: Any) -> str:
+    """Return the name of the node that an endpoint of the graph belongs to."""
+    return f'{endpoint.node_namespace.rstrip("/")}/{endpoint.node_name}'
 
 
 def expected_matches(scenario: Scenario) -> dict[str, dict[str, int]]:

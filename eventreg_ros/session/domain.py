@@ -14,18 +14,18 @@ DOMAINS = range(1, 100)
 """Domain ids whose ports lie below Linux's ephemeral ones."""
 
 
-@contextmanager
-def loopback_domain(environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
-    """Yield ``environment`` with discovery on the loopback and a domain id that nobody uses.
+FIRST_PORT, PORTS = 7400, 250
 
-    What the environment already says stays. The domain is held until the block ends, against other
-    runs on this machine too.
+
+@contextmanager
+def own_domain(environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """Yield ``environment`` with a domain id that nobody uses, unless it names one.
+
+    The domain is held until the block ends, against other runs on this machine too. Raises
+    EventregError when none is free.
     """
     result = dict(environment)
-    result.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    # Fast DDS leaves files in /dev/shm when a node is killed; UDP is as fast for our messages.
-    result.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
-    if 'ROS_DOMAIN_ID' in result:
+    if result.get('ROS_DOMAIN_ID'):
         yield result
         return
     for domain in random.sample(DOMAINS, len(DOMAINS)):
@@ -35,7 +35,48 @@ def loopback_domain(environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
                 result['ROS_DOMAIN_ID'] = str(domain)
                 yield result
             return
-    raise EventregError('no free ROS domain id on this machine; set ROS_DOMAIN_ID')
+    raise EventregError(
+        'no free ROS domain id on this machine; set ROS_DOMAIN_ID'
+        if _has_loopback()
+        else 'the loopback has no address 127.0.0.1, over which nodes talk; ip link set lo up'
+    )
+
+
+@contextmanager
+def loopback_domain(environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """Yield ``environment`` with discovery on the loopback and a domain of its own.
+
+    What the environment already says stays. See :mod:`.loopback` for what this does not keep out.
+    """
+    with own_domain(environment) as result:
+        result.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        # Fast DDS leaves files in /dev/shm when a node is killed; UDP is as fast for our messages.
+        result.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+        yield result
+
+
+def is_inhabited(domain: int) -> bool:
+    """Say whether processes of this machine are in ``domain``: their ports are taken."""
+    base = FIRST_PORT + PORTS * domain
+    return any(not _is_free(base + 10 + 2 * participant) for participant in range(100))
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(('0.0.0.0', port))
+        except OSError:
+            return False
+    return True
+
+
+def _has_loopback() -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(('127.0.0.1', 0))
+        except OSError:
+            return False
+    return True
 
 
 @contextmanager
@@ -58,7 +99,7 @@ def _hold(domain: int) -> socket.socket | None:
 
     The ports are those of the DDS wire protocol: 7400 + 250 domain + 10 + 2 participant.
     """
-    base = 7400 + 250 * domain
+    base = FIRST_PORT + PORTS * domain
     guard = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:

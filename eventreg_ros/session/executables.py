@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import sys
 from importlib.metadata import PackageNotFoundError, distribution
-from pathlib import Path
 
 from ..errors import ScenarioError
+from ..nodes.environment import prefixes
 from ..scenario import Scenario
 from ..scenario.names import split
 
@@ -32,7 +32,7 @@ def executable_of(scenario: Scenario, node: str) -> list[str]:
     if node not in scenario.foreign:
         return [sys.executable, '-m', f'eventreg_ros.nodes.{split(node).kind}']
     package, name = package_and_executable(scenario, node)
-    for prefix in _prefixes():
+    for prefix in prefixes(os.environ):
         file = prefix / 'lib' / package / name
         if os.access(file, os.X_OK) and file.is_file():
             return [str(file)]
@@ -42,11 +42,6 @@ def executable_of(scenario: Scenario, node: str) -> list[str]:
         f'{node}: no executable {name!r} of package {package!r} in {PREFIXES} or in this Python; '
         'build and source, or pip install, the package'
     )
-
-
-def _prefixes() -> list[Path]:
-    given = os.environ.get(PREFIXES, '').split(os.pathsep)
-    return [Path(prefix) for prefix in [*given, sys.prefix] if prefix]
 
 
 def _installed(package: str, name: str) -> list[str] | None:

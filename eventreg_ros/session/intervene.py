@@ -6,6 +6,7 @@ import os
 import time
 
 from ..errors import EventregError, ros_is_missing
+from ..nodes import environment
 from ..scenario.hint import hint
 from ..scenario.interventions import Intervention
 from .running import of_domain, the_run
@@ -24,13 +25,14 @@ def intervene(action: Intervention) -> str:
     if run is not None and action.node not in run.nodes:
         nearest = hint(action.node, run.nodes)
         raise EventregError(f'the run of {run.scenario} has no node {action.node!r}{nearest}')
-    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
-    environment |= run.environment if run is not None else {}
+    whom = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
+    whom |= run.environment if run is not None else {}
+    environment.check(whom)
     try:
         from .client import Client
     except ImportError as error:
         raise EventregError(ros_is_missing('this command', error)) from None
-    domain = environment.get('ROS_DOMAIN_ID', '0')
+    domain = whom.get('ROS_DOMAIN_ID', '0')
     end = time.monotonic() + PATIENCE
 
     def patience() -> None:
@@ -40,6 +42,6 @@ def intervene(action: Intervention) -> str:
                 'eventreg run, or export the ROS_DOMAIN_ID of yours'
             )
 
-    with Client(patience, environment) as client:
+    with Client(patience, environment=whom) as client:
         client.act(action)
     return of_domain(domain)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,6 +12,7 @@ from ..analysis.recorded import Analysis, analyze, need_span
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
 from ..errors import EventregError, ros_is_missing
+from ..nodes import environment
 from ..scenario import Criteria, Scenario
 from ..scenario.interventions import need_before, read_all
 from ..simulation.trajectory import Array
@@ -93,6 +95,7 @@ def run(
     at: Sequence[str] = (),
     settle: float | None = None,
     window: float | None = None,
+    network: bool = False,
 ) -> LiveRun:
     """Start the nodes of ``scenario``, record for ``duration`` seconds, and judge the bag.
 
@@ -102,6 +105,9 @@ def run(
     or ``S:NODE:deactivate``, S in seconds, before the end. ``settle`` and ``window``, in model
     time, replace the scenario's, in the bag too. Raises EventregError when the run cannot be
     started, or when its bag cannot be judged though nothing went wrong during it.
+
+    The nodes keep to the loopback: nobody else on the network sees them or can set them, unless the
+    run is open to the ``network``.
     """
     path = Path(bag) if bag is not None else bag_of(scenario)
     check(scenario, path)
@@ -119,6 +125,7 @@ def run(
         composed=composed,
         observer=observer,
         interventions=interventions,
+        network=network,
     )
     session.perform()
     analysis, unjudged = None, None
@@ -153,7 +160,9 @@ def check(scenario: Scenario, bag: Path) -> None:
     _ = scenario.time_scale
     if bag.exists():
         raise EventregError(f'bag {bag} exists already; remove it or give another --bag')
+    environment.check(os.environ)
     try:
         from . import client  # noqa: F401
     except ImportError as error:
         raise EventregError(ros_is_missing('run', error)) from None
+    environment.check_security(os.environ)

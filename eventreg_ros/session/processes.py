@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from .. import interrupts
+
 PATIENCE = 10.0
 """Seconds that a process is given to end by itself after SIGTERM."""
 
@@ -25,13 +27,17 @@ class Processes:
     died: dict[str, str] = field(default_factory=dict)
 
     def start(self, name: str, command: Sequence[str], environment: dict[str, str]) -> None:
-        """Start ``command`` in a session of its own, so that Ctrl-C reaches only the parent."""
+        """Start ``command`` in a session of its own, so that Ctrl-C reaches only the parent.
+
+        Signals wait until one of our nodes can take them; others could leave them waiting.
+        """
+        ours = command[1:2] == ['-m'] and command[2].startswith('eventreg_ros.')
         self.running[name] = subprocess.Popen(
             command,
             env=environment,
             stdin=subprocess.DEVNULL,
             start_new_session=True,
-            preexec_fn=_end_with_parent(),
+            preexec_fn=_first(ours),
         )
 
     def look(self) -> list[str]:
@@ -82,7 +88,7 @@ def node_command(node: str, arguments: Sequence[str], names: Sequence[str] = ())
     return [sys.executable, '-m', module, *names, '--ros-args', *arguments]
 
 
-def _end_with_parent() -> Callable[[], None] | None:
+def _first(ours: bool) -> Callable[[], None] | None:
     """Return what a child does first, on Linux: ask for SIGTERM when its parent dies."""
     if not sys.platform.startswith('linux'):
         return None
@@ -90,6 +96,8 @@ def _end_with_parent() -> Callable[[], None] | None:
     parent = os.getpid()
 
     def ask() -> None:
+        if ours:
+            interrupts.block()
         prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
         if os.getppid() != parent:
             os._exit(1)

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from .. import interrupts
 from ..errors import EventregError
+from ..files import scratch_directory
+from ..nodes.environment import domain_of
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
-from .domain import loopback_domain
+from .domain import is_inhabited, own_domain
 from .executables import executable_of, package_and_executable
+from .loopback import RANGE, Reach, closed, opened
 from .processes import Processes, node_command
 from .running import announced
 
@@ -32,6 +34,9 @@ SILENCE = 10.0
 
 LONG = 0.5
 """Seconds that pass between two looks at most; what is more was a stop of our own."""
+
+PATIENCE = 2.0
+"""Seconds within which a signal is looked at, but for the worst."""
 
 FIRST_STEP = 30.0
 """Seconds within which all nodes must have made their first sample in lockstep."""
@@ -60,7 +65,29 @@ class Observer:
 
 
 class InterruptError(Exception):
-    """SIGINT or SIGTERM: stop early, and judge what was recorded."""
+    """SIGINT, SIGTERM or SIGHUP: stop early, and judge what was recorded."""
+
+
+class Interruption:
+    """Notes a signal until somebody looks: an exception out of nowhere could be lost in a callback.
+
+    If nobody has looked for a while, a further signal raises InterruptError there and then.
+    """
+
+    _noted: float | None = None
+
+    def __call__(self, number: int, frame: object) -> None:
+        """Handle a signal."""
+        now = time.monotonic()
+        if self._noted is None:
+            self._noted = now
+        elif now - self._noted > PATIENCE:
+            raise InterruptError
+
+    def look(self) -> None:
+        """Raise InterruptError when there was a signal."""
+        if self._noted is not None:
+            raise InterruptError
 
 
 class Session:
@@ -76,16 +103,19 @@ class Session:
         composed: bool = False,
         observer: Observer | None = None,
         interventions: Sequence[Intervention] = (),
+        network: bool = False,
     ) -> None:
         self.scenario = scenario.with_stated_delays() if lockstep else scenario
         self.bag = bag
         self.duration = duration
         self.lockstep = lockstep
         self.composed = composed
+        self.network = network
         self.observer = observer or Observer()
         self.pending = list(interventions)
         """The interventions that are still to come, in order; times in seconds."""
         self.processes = Processes()
+        self._interruption = Interruption()
         self.troubles: list[str] = []
         """What went wrong after the start, each in words."""
         self._silent = self._without_step = 0.0
@@ -102,21 +132,27 @@ class Session:
     def perform(self) -> None:
         """Start everything, run for the duration, stop everything.
 
-        Raises EventregError when it could not start.
+        Raises EventregError when it could not start, KeyboardInterrupt when it was interrupted
+        before it did.
         """
         self._refuse_composed_foreign()
-        scratch = Path(tempfile.mkdtemp(prefix='eventreg_'))
+        named = bool(os.environ.get('ROS_DOMAIN_ID'))
         try:
-            with interruptible(), loopback_domain(os.environ) as environment:
-                self._within(scratch, environment)
+            with (
+                scratch_directory() as scratch,
+                _handling(self._interruption),
+                own_domain(os.environ) as environment,
+            ):
+                reach = opened(environment) if self.network else closed(environment, scratch)
+                with _environment(reach.client):
+                    self._within(scratch, reach, named)
         except InterruptError:
             if not self.started:
-                raise EventregError('interrupted before it began; nothing recorded') from None
+                self.observer.warned('interrupted before it began; nothing recorded')
+                raise KeyboardInterrupt from None
             self.observer.warned('interrupted: judging what was recorded')
             for each in self.pending:
                 self.observer.warned(f'--at {each.text} was not done')
-        finally:
-            shutil.rmtree(scratch, ignore_errors=True)
 
     def _refuse_composed_foreign(self) -> None:
         foreign = self.scenario.foreign
@@ -126,7 +162,7 @@ class Session:
                 'package; leave out --composed'
             )
 
-    def _within(self, scratch: Path, environment: dict[str, str]) -> None:
+    def _within(self, scratch: Path, reach: Reach, named: bool) -> None:
         stored = scratch / 'scenario' / f'{self.scenario.name}.yaml'
         stored.parent.mkdir()
         stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
@@ -139,18 +175,21 @@ class Session:
         from .client import Client
 
         self.observer.began(
-            f'{self.scenario.name}: {", ".join(whole.nodes)} on ROS_DOMAIN_ID='
-            f'{environment["ROS_DOMAIN_ID"]} ROS_AUTOMATIC_DISCOVERY_RANGE='
-            f'{environment["ROS_AUTOMATIC_DISCOVERY_RANGE"]}'
+            f'{self.scenario.name}: {", ".join(whole.nodes)} on {_address(reach.client)}'
         )
+        for note in reach.notes:
+            self.observer.warned(note)
+        nodes = tuple(whole.nodes)
+        self._interruption.look()
+        domain = domain_of(reach.client)
+        look = named and (self.network or is_inhabited(domain))
         try:
-            self._start(whole, parameters, environment)
-            nodes = tuple(whole.nodes)
-            with (
-                announced(self.scenario.name, nodes, environment),
-                Client(self._refuse_death, environment) as client,
-            ):
-                self._conduct(client, whole)
+            with Client(self._go_on, nodes) as client:
+                if look:
+                    client.need_room(nodes, list(whole.publishers))
+                self._start(whole, parameters, reach.nodes)
+                with announced(self.scenario.name, nodes, reach.client):
+                    self._conduct(client, whole)
         finally:
             with uninterrupted():
                 self.processes.stop(['recorder'])  # first, so that the bag ends with all signals
@@ -167,7 +206,9 @@ class Session:
             command = [*executable_of(scenario, node), '--ros-args', *arguments, *_named(node)]
             self.processes.start(node, command, environment)
 
-    def _refuse_death(self) -> None:
+    def _go_on(self) -> None:
+        """Raise an error when waiting makes no sense any more."""
+        self._interruption.look()
         for node in self.processes.look():
             raise EventregError(f'{node} {self.processes.died[node]} before the run began')
 
@@ -205,6 +246,7 @@ class Session:
         looked = time.monotonic()
         while (now := elapsed()) < self.duration - 1e-9:
             client.wait(0.1 if self.lockstep else self._pause(now))
+            self._interruption.look()
             self._tell_deaths(client)
             self._intervene(client, elapsed())
             self._note_faults(client)
@@ -255,6 +297,7 @@ class Session:
 
     def _need_alive(self, client: Client, node: str) -> None:
         """Raise EventregError when ``node`` died and was not started again."""
+        self._interruption.look()
         self._tell_deaths(client)
         if node in self._gone and client.take_heard(node):
             self._gone.discard(node)
@@ -314,17 +357,28 @@ def _named(node: str) -> list[str]:
     return [word for rule in rules for word in ('-r', rule)]
 
 
+def _address(environment: Mapping[str, str]) -> str:
+    """Return what another terminal exports to see the nodes."""
+    pinned = environment[RANGE] == 'SYSTEM_DEFAULT'
+    seen = 'LOCALHOST' if pinned else environment[RANGE]
+    return f'ROS_DOMAIN_ID={environment["ROS_DOMAIN_ID"]} {RANGE}={seen}'
+
+
 @contextmanager
-def interruptible() -> Iterator[None]:
-    """Turn SIGINT and SIGTERM into InterruptError, once; a second one is ignored while we stop."""
-
-    def interrupt(number: int, frame: object) -> None:
-        for each in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(each, signal.SIG_IGN)
-        raise InterruptError
-
-    with _handling(interrupt):
+def _environment(environment: Mapping[str, str]) -> Iterator[None]:
+    """Give this process, whose client is a participant, too, ``environment`` until the end."""
+    before = dict(os.environ)
+    try:
+        _replace(environment)
         yield
+    finally:
+        _replace(before)
+
+
+def _replace(environment: Mapping[str, str]) -> None:
+    for name in set(os.environ) - set(environment):
+        del os.environ[name]
+    os.environ.update(environment)
 
 
 @contextmanager
@@ -335,15 +389,13 @@ def uninterrupted() -> Iterator[None]:
 
 
 @contextmanager
-def _handling(handler: Any) -> Iterator[None]:
-    """Handle both signals so, where they can be: Python handles signals in the main thread."""
+def _handling(handler: interrupts.Handler) -> Iterator[None]:
+    """Handle the signals so, where they can be: Python handles signals in the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.signal(number, handler) for number in numbers}
+    before = interrupts.handle(handler)
     try:
         yield
     finally:
-        for number, old in before.items():
-            signal.signal(number, old)
+        interrupts.restore(before)
