@@ -43,12 +43,15 @@ def changes_asked(interventions: Sequence[Intervention]) -> tuple[Change, ...]:
     )
 
 
+def named(change: Change) -> str:
+    """Return what was changed as one types it: ``controller.k:=3``, ``plant: deactivate``."""
+    return f'{change.node}{"." if ":=" in change.what else ": "}{change.what}'
+
+
 def words(changes: Sequence[Change], most: int = 6) -> str:
     """Return one line on changes; empty without any."""
     if not changes:
         return ''
-    shown = [
-        f'{node}{"." if ":=" in what else ": "}{what} at {at:.1f}' for at, node, what in changes
-    ]
+    shown = [f'{named(change)} at {change.at:.1f}' for change in changes]
     more = len(shown) - most
     return 'changed: ' + ', '.join(shown[:most]) + (f' and {more} more' if more > 0 else '')

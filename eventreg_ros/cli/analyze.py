@@ -5,20 +5,16 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..analysis.noise import table as noise_table
-from ..analysis.recorded import Analysis, analyze
+from ..analysis.recorded import analyze
 from ..analysis.report_table import table
 from ..analysis.verdict import Report
 from ..bags.files import newest
 from ..errors import EventregError
 from ..scenario.table import TIME_SCALE
 from .arguments import add_reading, add_span, add_window, warn
-from .report_outputs import ReportOutputs, add_report_outputs
-
-if TYPE_CHECKING:
-    from ..plots.report import ReportPage
+from .report_outputs import ReportOutputs, add_report_outputs, recorded_page
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,7 +59,7 @@ def main(args: argparse.Namespace) -> int:
     print(timing_table(report, analysis.recording.time), flush=True)
     if noise := noise_table(analysis.signals, analysis.criteria):
         print(noise, flush=True)
-    outputs.write(report, lambda: _page(analysis, bag))
+    outputs.write(report, lambda: recorded_page(analysis, bag))
     return report.exit_code
 
 
@@ -78,12 +74,6 @@ def _bag(args: argparse.Namespace) -> Path:
     if args.bag is None:
         raise EventregError('analyze needs a bag: give its path, or --last')
     return Path(args.bag)
-
-
-def _page(analysis: Analysis, bag: Path) -> ReportPage:
-    from ..plots.report import report_page
-
-    return report_page(analysis, bag.resolve().name)
 
 
 def timing_table(report: Report, time: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,6 +13,8 @@ from ..files import need_writable, writing
 from .arguments import add_json, check_plot, write_json, write_text
 
 if TYPE_CHECKING:
+    from ..analysis.recorded import Analysis
+    from ..bags.finding import Finding
     from ..plots.report import ReportPage
 
 
@@ -61,6 +63,17 @@ class ReportOutputs(NamedTuple):
             write_text(self.report, render(page()))
         if self.plot is not None:
             _draw(self.plot, page())
+
+
+def recorded_page(
+    analysis: Analysis, bag: Path, noted: Sequence[Finding] = (), measured: str = ''
+) -> ReportPage:
+    """Return what the page on a bag is made from; see :func:`.plots.report.report_page`."""
+    from ..analysis.delays import delay_findings
+    from ..plots.report import report_page
+
+    found = [*delay_findings(bag, analysis), *noted]
+    return report_page(analysis, Path(bag).resolve().name, found, measured)
 
 
 def _draw(path: Path, page: ReportPage) -> None:

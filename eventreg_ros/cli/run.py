@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..analysis.report_table import table
 from ..files import need_writable
@@ -22,11 +21,7 @@ from .arguments import (
 )
 from .process import fail
 from .progress import Terminal
-from .report_outputs import ReportOutputs, add_report_outputs
-
-if TYPE_CHECKING:
-    from ..analysis.recorded import Analysis
-    from ..plots.report import ReportPage
+from .report_outputs import ReportOutputs, add_report_outputs, recorded_page
 
 BROKEN = 4
 """Exit code when a node died during the run; the verdict's codes are those of the contract."""
@@ -105,14 +100,9 @@ def show(found: LiveRun, outputs: ReportOutputs, timing: bool = False) -> int:
     warnings = found.warnings if timing else live_timing.matters(found.warnings)
     if found.measured and (timing or warnings):
         print(live_timing.tables(found.measured, warnings))
-    outputs.write(report, lambda: _page(analysis, found.bag))
+    measured = live_timing.tables(found.measured, found.warnings) if found.measured else ''
+    outputs.write(report, lambda: recorded_page(analysis, found.bag, found.noted, measured))
     if broken:
         fail(broken)
         return BROKEN
     return report.exit_code
-
-
-def _page(analysis: Analysis, bag: Path) -> ReportPage:
-    from ..plots.report import report_page
-
-    return report_page(analysis, Path(bag).resolve().name)

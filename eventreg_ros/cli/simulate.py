@@ -151,10 +151,9 @@ def _write(args: argparse.Namespace, run: Run) -> None:
 
 
 def _page(run: Run, report: Report) -> ReportPage:
-    from ..plots.report import ReportPage
+    from ..plots.report import simulated_page
 
-    scenario = run.scenario
-    return ReportPage('simulated', run.over_time(), report, scenario.given, scenario.to_yaml())
+    return simulated_page(run.over_time(), report, run.scenario)
 
 
 def _names(text: str) -> list[str]:

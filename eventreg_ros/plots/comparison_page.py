@@ -8,8 +8,15 @@ from itertools import chain
 from ..analysis.comparison import Comparison, Pair
 from ..analysis.comparison_words import listed, value_in_words
 from . import html as page
-from .comparison_plot import Shown, comparison_svg, panels
+from .axis import around
+from .chart import Chart, Key, Line, Panel, Raster, Row
+from .chart_html import chart
+from .chart_scale import short
+from .comparison_plot import LONGEST, Shown, panels
 from .report_words import number
+
+LOOKS = 4
+"""Classes of the page's style for runs: run0 to run3."""
 
 
 def render_comparison(comparison: Comparison, runs: Sequence[Shown]) -> str:
@@ -20,6 +27,7 @@ def render_comparison(comparison: Comparison, runs: Sequence[Shown]) -> str:
         page.paragraph(
             f'{title}. Events at most {comparison.window:g} apart are the same.', 'muted'
         ),
+        page.hint(),
         _verdicts(comparison),
         _signals(comparison, runs),
         _pairs(comparison),
@@ -45,7 +53,25 @@ def _signals(comparison: Comparison, runs: Sequence[Shown]) -> str:
     caption = 'Below: a row per run, a tick per event of y.' + (
         f' Not drawn: {", ".join(hidden)}.' if hidden else ''
     )
-    return page.section('Signals', page.figure(comparison_svg(runs), caption))
+    return page.section('Signals', chart(comparison_chart(runs), caption))
+
+
+def comparison_chart(runs: Sequence[Shown]) -> Chart:
+    """Return every signal of all runs over each other, and the events of y, a row per run."""
+    looks = {run.name: f'run{i % LOOKS}' for i, run in enumerate(runs)}
+    keys = [
+        Key(looks[run.name], f'{i}: {short(run.name, LONGEST)}') for i, run in enumerate(runs, 1)
+    ]
+    shown: list[Panel | Raster] = []
+    for signal in panels(runs):
+        there = [run for run in runs if signal in run.signals]
+        lines = [Line(signal, looks[run.name], *run.signals[signal]) for run in there]
+        shown.append(Panel(lines, around([line.x for line in lines]), title=signal))
+    rows = [Row(f'{i}', looks[run.name], run.events.get('y', ())) for i, run in enumerate(runs, 1)]
+    shown.append(Raster(rows, 'events of y'))
+    ends = [float(t[-1]) for run in runs for t, _ in run.signals.values() if len(t)]
+    end = max(ends, default=1.0) or 1.0
+    return Chart('Signals of all runs over model time', (0.0, end), shown, keys=keys)
 
 
 def _pairs(comparison: Comparison) -> str:

@@ -8,8 +8,7 @@ from typing import Any
 
 from ..analysis.signal import Signals, with_events
 from .decimate import broken, min_max_decimate
-from .report_svg import TIME, svg
-from .style import SERIES, Look, mark_events, style
+from .style import SERIES, TIME, Look, mark_events, style
 
 MOST = 5
 """Panels in one picture."""
@@ -47,21 +46,6 @@ def draw_comparison(runs: Sequence[Shown]) -> Any:
         axes[-1].set_xlabel(TIME)
         figure.legend(handles=_key(runs), loc='outside upper left', ncols=2)
     return figure
-
-
-def comparison_svg(runs: Sequence[Shown]) -> str:
-    """Return the same as an svg element that takes its colours from the page it stands in."""
-
-    def draw(axes: list[Any]) -> None:
-        _fill(axes, runs)
-        for ax in axes:
-            ax.yaxis.set_label_coords(-0.06, 0.5)
-        axes[-1].grid(axis='y', visible=False)
-        axes[0].legend(handles=_key(runs), loc='lower left', ncols=3, borderaxespad=0.0,
-                       bbox_to_anchor=(0.0, 1.0))  # fmt: skip
-
-    rows = -(-len(runs) // 3)
-    return svg(draw, _heights(runs), 'Signals of all runs over model time', 0.15 + 0.2 * rows)
 
 
 def panels(runs: Sequence[Shown]) -> list[str]:

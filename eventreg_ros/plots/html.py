@@ -1,77 +1,74 @@
-"""The bare page: everything that comes from outside is escaped here, the look is written here."""
+"""The bare page: everything that comes from outside is escaped here; nothing is ever fetched."""
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from hashlib import sha256
 from html import escape
 
-STYLE = """
-:root { color-scheme: light dark;
-  --paper: #ffffff; --ink: #1b1f24; --muted: #5b6470; --grid: #dfe3e8; --grey: #7d8793;
-  --w: #d55e00; --v: #b0568c; --y_r: #009e73; --u: #0072b2; --other: #b87700;
-  --good: #00704f; --bad: #b03a00; --open: #5b6470; }
-@media (prefers-color-scheme: dark) { :root {
-  --paper: #14171b; --ink: #e8eaed; --muted: #a3acb8; --grid: #2c323a; --grey: #8a94a1;
-  --w: #ff8a4c; --v: #e29ac5; --y_r: #37d0a4; --u: #5eb3f0; --other: #f0b840;
-  --good: #37d0a4; --bad: #ff8a4c; --open: #a3acb8; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; padding: 1.5rem 1.25rem 3rem; max-width: 66rem; background: var(--paper);
-  color: var(--ink); font: 15px/1.5 system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif; }
-h1 { font-size: 1.5rem; margin: 0 0 .2rem; } h2 { font-size: 1.15rem; margin: 2.2rem 0 .4rem; }
-p, dl { max-width: 46rem; margin: .4rem 0; } .muted, figcaption, caption { color: var(--muted); }
-.verdict { display: flex; gap: 1rem; align-items: center; margin: 1.2rem 0;
-  padding: .9rem 1.1rem; border: 2px solid currentColor; border-radius: .5rem; }
-.verdict b { font-size: 1.35rem; line-height: 1.2; } .verdict p { margin: 0; color: var(--ink); }
-.symbol { font-size: 2.4rem; line-height: 1; width: 2.6rem; text-align: center; flex: none; }
-.rejected { color: var(--good); } .not-rejected { color: var(--bad); }
-.undecided { color: var(--open); }
-.wide { overflow-x: auto; } .long { max-height: 22rem; overflow: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .3rem 0; }
-th, td { padding: .2rem .8rem .2rem 0; text-align: right; border-bottom: 1px solid var(--grid);
-  vertical-align: top; }
-th:first-child, td:first-child { text-align: left; } .words td, .words th { text-align: left; }
-thead th { font-weight: 600; color: var(--muted); position: sticky; top: 0;
-  background: var(--paper); }
-.tiles { display: grid; grid-template-columns: repeat(auto-fill, minmax(9.5rem, 1fr)); gap: .6rem;
-  margin: .5rem 0; } .tiles div { border: 1px solid var(--grid); border-radius: .4rem;
-  padding: .45rem .7rem; } .tiles b { display: block; font-size: 1.25rem; line-height: 1.3;
-  font-variant-numeric: tabular-nums; } .tiles span { color: var(--muted); font-size: .85rem; }
-figure { margin: .4rem 0 1rem; } figure svg { width: 100%; min-width: 38rem; height: auto;
-  display: block; fill: var(--ink); } svg text { font-family: inherit !important; }
-dt { font-weight: 600; margin-top: .5rem; } dd { margin: 0 0 0 1.2rem; }
-pre { overflow: auto; padding: .8rem; border: 1px solid var(--grid); border-radius: .4rem;
-  font-size: .85rem; } summary { cursor: pointer; color: var(--muted); }
-@media print { body { max-width: none; padding: 0; } .long { max-height: none; }
-  figure, table { break-inside: avoid; } }
-"""
+from .page_script import SCRIPT
+from .page_style import STYLE
+
+HATCH = (
+    '<svg width="0" height="0" aria-hidden="true"><defs><pattern id="hatch" width="6" height="6" '
+    'patternUnits="userSpaceOnUse"><path class="hatch" d="M-1 1L1-1M0 6L6 0M5 7L7 5"/></pattern>'
+    '</defs></svg>'
+)
+"""What fills the unseen stretches of charts."""
+
+HINT = (
+    'Charts: + and - zoom, the arrow keys move, 0 shows all, once a chart has the focus; or drag, '
+    'double-click, and Ctrl with the wheel. Those of one span move together.'
+)
 
 
 def page(title: str, body: Iterable[str]) -> str:
-    """Return a whole HTML document that needs nothing from the network."""
+    """Return a whole HTML document that needs nothing from the network.
+
+    Its policy forbids every request, and every script and style but ours, by their hashes.
+    """
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy()}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n'
+        f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{HATCH}\n'
         + '\n'.join(body)
-        + '\n</body>\n</html>\n'
+        + f'\n<script>{SCRIPT}</script>\n</body>\n</html>\n'
     )
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[object]], kind: str = 'wide') -> str:
-    """Return a table of plain text; ``kind`` is its container's class: wide, long or words."""
+def policy() -> str:
+    """Return the content security policy of a page."""
+    script, style = (b64encode(sha256(s.encode()).digest()).decode() for s in (SCRIPT, STYLE))
+    return (
+        f"default-src 'none'; script-src 'sha256-{script}'; style-src 'sha256-{style}'; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def table(
+    head: Sequence[str], rows: Iterable[Sequence[object]], kind: str = 'wide', name: str = ''
+) -> str:
+    """Return a table of plain text; ``kind`` is its container's class: wide, long or words.
+
+    The container scrolls by itself, and by keyboard; ``name`` is what it is called there.
+    """
     lines = [f'<tr>{"".join(f"<td>{escape(str(cell))}</td>" for cell in row)}</tr>' for row in rows]
     header = ''.join(f'<th scope="col">{escape(cell)}</th>' for cell in head)
     return (
-        f'<div class="{kind}"><table>\n<thead><tr>{header}</tr></thead>\n<tbody>\n'
+        f'<div class="{kind}" tabindex="0" role="region" '
+        f'aria-label="{escape(name or ", ".join(head))}"><table>\n'
+        f'<thead><tr>{header}</tr></thead>\n<tbody>\n'
         + '\n'.join(lines)
         + '\n</tbody></table></div>'
     )
 
 
-def figure(svg: str, caption: str) -> str:
-    """Return a figure with its caption, plain text."""
+def picture(svg: str, caption: str) -> str:
+    """Return a picture, an svg element of ours, with its caption, plain text."""
     return (
-        f'<figure><div class="wide">{svg}</div>\n'
+        f'<figure class="picture"><div class="wide">{svg}</div>\n'
         f'<figcaption>{escape(caption)}</figcaption></figure>'
     )
 
@@ -81,9 +78,24 @@ def section(title: str, *parts: str) -> str:
     return '\n'.join([f'<section>\n<h2>{escape(title)}</h2>', *parts, '</section>'])
 
 
+def heading(title: str) -> str:
+    """Return a heading within a section, plain text."""
+    return f'<h3>{escape(title)}</h3>'
+
+
 def paragraph(text: str, kind: str = '') -> str:
     """Return a paragraph of plain text; ``kind`` is its class."""
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f'<p>{escape(text)}</p>'
+
+
+def hint() -> str:
+    """Return how charts are looked at closely; it shows where the script runs."""
+    return f'<p class="hint muted" hidden>{escape(HINT)}</p>'
+
+
+def items(texts: Iterable[str]) -> str:
+    """Return a list of plain texts."""
+    return '<ul>\n' + '\n'.join(f'<li>{escape(text)}</li>' for text in texts) + '\n</ul>'
 
 
 def tiles(entries: Iterable[tuple[str, object]]) -> str:

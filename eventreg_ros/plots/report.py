@@ -8,18 +8,22 @@ from datetime import datetime, timezone
 from html import escape
 from typing import Any
 
+from ..analysis.changes import named
+from ..analysis.incident import first_incident
+from ..analysis.incident import words as incident_words
 from ..analysis.learning import words as learned_words
 from ..analysis.recorded import Analysis
 from ..analysis.signal import Signals, with_events
 from ..analysis.verdict import PlantReport, Report
-from ..scenario import Criteria
+from ..bags.finding import Finding
+from ..scenario import Criteria, Scenario
 from . import html as page
-from . import report_svg as report_plots
-from .report_words import definitions, in_words, number
+from . import report_charts as charts
+from . import report_tables as tables
+from .chart_html import chart
+from .report_words import definitions, number, percent, sentence
 
 SYMBOLS = {'rejected': '✓', 'not rejected': '✗', 'undecided': '?'}
-MOST_EVENTS = 2000
-"""The table of events lists no more of them than this."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,8 @@ class ReportPage:
     ``signals`` maps each name to (t, values), both of shape (n,), t in model time; ``report`` is
     :func:`.verdict.judge`'s of them. ``parameters`` are those of each node, and ``text`` the
     parameter file, where known. ``start`` is the first sample's time stamp, in nanoseconds since
-    1970 if the run had a wall clock.
+    1970 if the run had a wall clock, ``time`` says which stamps counted. ``noted`` is what else was
+    noticed, ``at`` in model time, and ``measured`` what nodes measured of themselves, as text.
     """
 
     source: str
@@ -38,6 +43,9 @@ class ReportPage:
     parameters: Mapping[str, Mapping[str, Any]]
     text: str | None = None
     start: int = 0
+    time: str | None = None
+    noted: Sequence[Finding] = ()
+    measured: str = ''
 
     @property
     def criteria(self) -> Criteria:
@@ -45,39 +53,53 @@ class ReportPage:
         return self.report.subject.criteria
 
 
-def report_page(analysis: Analysis, source: str) -> ReportPage:
+def report_page(
+    analysis: Analysis, source: str, noted: Sequence[Finding] = (), measured: str = ''
+) -> ReportPage:
     """Return what the page on a recorded bag is made from; ``source`` is what the bag is called."""
-    scenario = analysis.scenario
+    recording = analysis.recording
     return ReportPage(
-        source=source,
-        signals=analysis.signals,
-        report=analysis.report,
-        parameters=scenario.given if scenario else {},
-        text=scenario.to_yaml() if scenario else None,
-        start=analysis.recording.start,
-    )
+        source, analysis.signals, analysis.report, *_of(analysis.scenario), recording.start,
+        recording.time, noted, measured,
+    )  # fmt: skip
+
+
+def simulated_page(signals: Signals, report: Report, scenario: Scenario) -> ReportPage:
+    """Return what the page on a simulation is made from."""
+    return ReportPage('simulated', signals, report, *_of(scenario))
+
+
+def _of(scenario: Scenario | None) -> tuple[Mapping[str, Mapping[str, Any]], str | None]:
+    return (scenario.given, scenario.to_yaml()) if scenario else ({}, None)
 
 
 def render(run: ReportPage) -> str:
     """Return the page."""
     report = run.report
-    title = f'{report.scenario}: {report.verdict}'
     body = [
         f'<h1>Event disturbance rejection: {escape(report.scenario)}</h1>',
         page.paragraph(_origin(run), 'muted'),
         _verdict(report),
+        page.hint(),
+        _evidence(run),
         _counts(run),
+        _incident(run),
         _signals(run),
         _raster(run),
         _residual(run),
         _synchronisation(run),
         _learned(run),
-        _events(run),
-        _timing(report),
-        _parameters(run),
-        _definitions(run),
+        _changes(report),
+        tables.trains(run.signals, report),
+        tables.events(report),
+        tables.timing(report, run.time, run.measured),
+        tables.parameters(run.parameters, run.text),
+        page.section(
+            'How the numbers are defined',
+            page.definitions(definitions(report.settle, run.criteria)),
+        ),
     ]
-    return page.page(title, [part for part in body if part])
+    return page.page(f'{report.scenario}: {report.verdict}', [part for part in body if part])
 
 
 def _origin(run: ReportPage) -> str:
@@ -95,22 +117,38 @@ def _origin(run: ReportPage) -> str:
 
 def _verdict(report: Report) -> str:
     verdict = report.verdict
-    return (
+    box = (
         f'<div class="verdict {verdict.replace(" ", "-")}" role="status">'
         f'<span class="symbol" aria-hidden="true">{SYMBOLS[verdict]}</span>'
-        f'<div><b>{verdict.capitalize()}</b>{page.paragraph(in_words(report))}</div></div>'
+        f'<div><b>{verdict.capitalize()}</b>{page.paragraph(sentence(report.reason))}</div></div>'
     )
+    return box if len(report.plants) < 2 else f'{box}\n{tables.plants(report)}'
+
+
+def _evidence(run: ReportPage) -> str:
+    evidence = run.report.evidence
+    start, stop = evidence.span
+    words = f'The verdict covers t = {round(start, 1):.10g} to {round(stop, 1):.10g}.'
+    if evidence.seen:
+        seen = ', '.join(f'{name} {percent(share)}' for name, share in evidence.seen.items())
+        words += f' Seen of it: {seen}.'
+    if not evidence.warnings:
+        words += ' Nothing was found to be wrong.'
+    lists = [tables.findings(evidence.warnings)] if evidence.warnings else []
+    lists += [page.paragraph('Also noticed:'), tables.noted(run.noted)] if run.noted else []
+    return page.section('Evidence', page.paragraph(words), *lists)
 
 
 def _counts(run: ReportPage) -> str:
     report = run.report
     r, residual, synchronisation = report.rejection, report.residual, report.synchronisation
+    compared = any(each.plant.reference for each in report.plants)
     entries = [
         ('disturbance events: w', r.disturbance_events),
-        ('reference events: y_r', r.reference_events),
-        ('preserved: y with y_r', r.preserved),
+        *([('reference events: y_r', r.reference_events)] if compared else []),
+        *([('preserved: y with y_r', r.preserved)] if compared else []),
         ('spurious: y alone', r.spurious),
-        ('missed: y_r alone', r.missed),
+        *([('missed: y_r alone', r.missed)] if compared else []),
         ('ratio of rejection', number(r.ratio)),
         ('residual, largest', number(residual.max_abs)),
         ('residual, rms', number(residual.rms)),
@@ -120,29 +158,32 @@ def _counts(run: ReportPage) -> str:
     return page.section(f'After t = {report.settle:g}', page.tiles(entries))
 
 
-def _signals(run: ReportPage) -> str:
-    settle = run.report.settle
-    rows = [
-        (
-            name,
-            s.samples,
-            number(s.min),
-            number(s.max),
-            len(s.events),
-            sum(t >= settle for t in s.events),
-        )
-        for name, s in run.report.signals.items()
-    ]
-    head = ('signal', 'samples', 'min', 'max', 'events', f'after t = {settle:g}')
-    shown = set(report_plots.panels(run.signals))
-    hidden = [name for name in with_events(run.report.signals) if name not in shown]
-    caption = (
-        f'Circles: events. Dotted: the threshold, {run.criteria.threshold:g}. Shaded: the settling '
-        'time, in which nothing is counted.'
-        + (f' Not drawn: {", ".join(hidden)}.' if hidden else '')
+def _incident(run: ReportPage) -> str:
+    found = first_incident(run.report, run.signals, run.noted)
+    if found is None:
+        return ''
+    picture = charts.incident_chart(run.signals, run.report, found)
+    return page.section(
+        'The first unwanted event',
+        page.items(incident_words(found, run.report.time_scale)),
+        chart(
+            picture,
+            f'From t = {found.span[0]:.1f} to {found.span[1]:.1f}. Close up, dots are samples.',
+        ),
     )
-    svg = report_plots.signals_svg(run.signals, run.report)
-    return page.section('Signals', page.figure(svg, caption), page.table(head, rows))
+
+
+def _signals(run: ReportPage) -> str:
+    shown = set(charts.panels(run.signals))
+    hidden = [name for name in with_events(run.report.signals) if name not in shown]
+    caption = 'Circles: events. Triangles at an edge: samples off the scale.' + (
+        f' Not drawn: {", ".join(hidden)}.' if hidden else ''
+    )
+    return page.section(
+        'Signals',
+        chart(charts.signals_chart(run.signals, run.report), caption),
+        tables.signals(run.report),
+    )
 
 
 def _raster(run: ReportPage) -> str:
@@ -150,8 +191,7 @@ def _raster(run: ReportPage) -> str:
         'One row per signal, one tick per event. A cross marks an event of y that is spurious, a '
         'triangle one of y_r that y missed.'
     )
-    svg = report_plots.raster_svg(run.signals, run.report)
-    return page.section('Events', page.figure(svg, caption))
+    return page.section('Events', chart(charts.raster_chart(run.signals, run.report), caption))
 
 
 def _residual(run: ReportPage) -> str:
@@ -164,7 +204,7 @@ def _residual_of(run: ReportPage, plant: PlantReport) -> str:
         f'After settling at most {number(size.max_abs)}, rms {number(size.rms)}. Dotted: '
         f'the threshold of an event, {run.criteria.threshold:g}.'
     )
-    return page.figure(report_plots.residual_svg(run.signals, run.report, plant.plant), caption)
+    return chart(charts.residual_chart(run.signals, run.report, plant.plant), caption)
 
 
 def _synchronisation(run: ReportPage) -> str:
@@ -173,8 +213,8 @@ def _synchronisation(run: ReportPage) -> str:
 
 
 def _follows(run: ReportPage, plant: PlantReport) -> str:
-    svg = report_plots.synchronisation_svg(run.signals, run.report, plant.plant)
-    if svg is None:
+    picture = charts.synchronisation_chart(run.signals, run.report, plant.plant)
+    if picture is None:
         return ''
     size = plant.synchronisation
     caption = (
@@ -182,96 +222,19 @@ def _follows(run: ReportPage, plant: PlantReport) -> str:
         f'Below: their distance, after settling at most {number(size.max_abs)}, '
         f'rms {number(size.rms)}.'
     )
-    return page.figure(svg, caption)
+    return chart(picture, caption)
 
 
 def _learned(run: ReportPage) -> str:
     if not run.report.learned:
         return ''
     caption = f'{"; ".join(map(learned_words, run.report.learned))}. Dotted: the generator.'
-    svg = report_plots.learned_svg(run.signals, run.report)
-    return page.section('What was learned', page.figure(svg, caption))
+    picture = charts.learned_chart(run.signals, run.report)
+    return page.section('What was learned', chart(picture, caption))
 
 
-def _events(run: ReportPage) -> str:
-    rows = sorted(
-        (t, name, kind)
-        for name, s in run.report.signals.items()
-        for t, kind in _kinds(run.report, name, s.events)
-    )
-    text = [(f'{t:.4f}', name, kind) for t, name, kind in rows[:MOST_EVENTS]]
-    more = len(rows) - len(text)
-    note = [page.paragraph(f'and {more} more; --json lists all.', 'muted')] if more else []
-    if not rows:
-        return page.section('Table of events', page.paragraph('No signal has any event.'))
-    return page.section(
-        'Table of events', page.table(('t', 'signal', 'counted as'), text, 'long words'), *note
-    )
-
-
-def _kinds(report: Report, name: str, events: Sequence[float]) -> list[tuple[float, str]]:
-    """Return (t, what it counts as) for each event of a signal."""
-    start, stop = report.evidence.span
-    words: dict[float, str] = {}
-    usual = ''
-    for each in report.plants:
-        if name in each.plant.disturbances:
-            usual = 'disturbance'
-        elif name == each.plant.output:
-            usual, words = 'preserved', dict.fromkeys(each.outcomes.spurious, 'spurious')
-        elif name == each.plant.reference:
-            usual, words = 'answered', dict.fromkeys(each.outcomes.missed, 'missed')
-
-    def kind(t: float) -> str:
-        if t < start:
-            return 'before settling: not counted'
-        return 'after the judged span: not counted' if t > stop else words.get(t, usual)
-
-    return [(t, kind(t)) for t in events]
-
-
-def _timing(report: Report) -> str:
-    rows = [
-        (
-            name,
-            f'{t.rate:.2f}',
-            *(
-                f'{p * 1e3:.3f}'
-                for p in (t.period_p50, t.period_p99, t.period_max)
-                if p is not None
-            ),
-            t.gaps,
-        )
-        for name, t in ((name, s.timing) for name, s in report.signals.items())
-        if t is not None and t.rate is not None
-    ]
-    head = ('signal', 'rate, Hz', 'median, ms', '99 %, ms', 'longest, ms', 'gaps')
-    caption = page.paragraph('The time between one sample and the next, by the stamps in the bag.')
-    return page.section('Timing', caption, page.table(head, rows)) if rows else ''
-
-
-def _parameters(run: ReportPage) -> str:
-    if not run.parameters:
-        words = 'The bag holds no scenario, and none was given: defaults were taken.'
-        return page.section('Scenario', page.paragraph(words))
-    nodes = list(run.parameters)
-    names = dict.fromkeys(name for values in run.parameters.values() for name in values)
-    rows = [
-        (name, *(_value(run.parameters[node].get(name, '')) for node in nodes)) for name in names
-    ]
-    parts = [page.table(('', *nodes), rows, 'wide words')]
-    if run.text is not None:
-        parts.append(page.folded('The parameter file', run.text))
-    return page.section('Scenario', *parts)
-
-
-def _value(value: Any) -> str:
-    """Return a parameter as text, numbers to six digits."""
-    if isinstance(value, list):
-        return ', '.join(map(_value, value))
-    return f'{value:g}' if isinstance(value, float) else str(value)
-
-
-def _definitions(run: ReportPage) -> str:
-    entries = definitions(run.report.settle, run.criteria)
-    return page.section('How the numbers are defined', page.definitions(entries))
+def _changes(report: Report) -> str:
+    if not report.changes:
+        return ''
+    lines = [f't = {change.at:.1f}: {named(change)}' for change in report.changes]
+    return page.section('What was changed on the way', tables.cut(lines))

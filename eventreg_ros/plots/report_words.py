@@ -1,40 +1,29 @@
-"""The report's words: what the verdict means, how the numbers are defined."""
+"""The report's words: numbers and sentences, and how the numbers are defined."""
 
 from __future__ import annotations
 
-from ..analysis.decision import count
-from ..analysis.rejection import ENOUGH, REJECTED, UNDECIDED
-from ..analysis.verdict import Report
+import math
+
+from ..analysis.rejection import ENOUGH
 from ..scenario import Criteria
 
 
-def in_words(report: Report) -> str:
-    """Return what the verdict means for this run, in one or two sentences."""
-    r, settle = report.rejection, report.settle
-    events = count(r.disturbance_events, 'event')
-    if report.verdict == UNDECIDED and r.verdict != UNDECIDED:
-        return f'{report.reason[:1].upper()}{report.reason[1:]}.'
-    if report.verdict == UNDECIDED:
-        return (
-            f'The disturbance had {events} after t = {settle:g}: at least {ENOUGH} are needed to '
-            'judge. Run for longer, or count from an earlier time with --settle.'
-        )
-    reference = r.reference_events
-    if report.verdict == REJECTED:
-        asked = f' The {count(reference, "event")} that the reference asks for came.'
-        return (
-            f'After t = {settle:g} the disturbance had {events}, and none of them made the plant '
-            'spike.' + (asked if reference else '')
-        )
-    faults = [f'Not asked for: {count(r.spurious, "event")} of y.'] if r.spurious else []
-    if r.missed:
-        faults.append(f'Missing: {count(r.missed, "event")} that the reference asks for.')
-    return ' '.join([f'After t = {settle:g} the disturbance had {events}.', *faults])
+def sentence(reason: str) -> str:
+    """Return a reason as a sentence; it begins with a capital letter unless with a signal."""
+    first = reason.partition(' ')[0]
+    words = first.isalpha() and len(first) > 2
+    return (f'{reason[:1].upper()}{reason[1:]}' if words else reason) + '.'
 
 
 def number(value: float | None) -> str:
     """Return a number to three digits, a dash for None."""
     return '-' if value is None else f'{value:.3g}'
+
+
+def percent(share: float) -> str:
+    """Return a part of a whole in percent; only all of it is 100 %."""
+    tenths = math.floor(1000.0 * share)
+    return '100 %' if share == 1.0 else f'{tenths / 10.0:.1f} %'
 
 
 def definitions(settle: float, criteria: Criteria) -> list[tuple[str, str]]:
@@ -56,13 +45,30 @@ def definitions(settle: float, criteria: Criteria) -> list[tuple[str, str]]:
         (
             'verdict',
             f'undecided with fewer than {ENOUGH} events of w after settling; otherwise rejected '
-            'when no event is spurious and none is missed.',
+            'when no event is spurious and none is missed; undecided instead where something was '
+            'not seen.',
+        ),
+        (
+            'unseen',
+            f'no finite sample for more than {criteria.blind:g} of model time: what happened there '
+            'is not known.',
         ),
         ('ratio of rejection', '1 - spurious events / disturbance events.'),
         (
             'residual, synchronisation',
             'y - y_r (y without a reference) and w - u from settling on, the second signal '
-            'interpolated at the times of the first; the rms weighs each interval by its length.',
+            'interpolated at the times of the first; each interval is weighted by its length.',
+        ),
+        (
+            'CV, CV2, LV',
+            'how much the intervals between events vary: 0 for a clock, 1 for a Poisson process. '
+            'CV2 and LV compare neighbouring intervals only.',
+        ),
+        ('width', 'from the rise of an event to its end; the median of them.'),
+        (
+            'locking',
+            'how steady the phase of u between the events of w is: 1 where it stands still, near 0 '
+            'where it drifts.',
         ),
         (
             'gap',

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..analysis.signal import Signals, family, with_events
 from ..analysis.verdict import Report
+from ..models.roles import SIGNALS
+from .axis import around
 from .decimate import broken, min_max_decimate
 from .style import (
     DASHDOT,
@@ -88,7 +90,8 @@ def draw_run(
 ) -> Figure:
     """Return a matplotlib figure that a notebook shows and ``savefig`` writes.
 
-    The panels share one scale, that of the threshold too: what does not spike looks small. Before
+    The panels of the loop's signals share one scale, that of the threshold too: what does not spike
+    looks small. Samples that are far off all others are off the scale. Before
     ``settle`` (model time) events do not count, and the picture is shaded. At ``marks`` (model
     time) something was changed.
     """
@@ -102,6 +105,7 @@ def draw_run(
         )[:, 0]  # fmt: skip
         for ax, shown in zip(axes, panels, strict=False):
             _draw_panel(ax, shown, signals, threshold)
+        _scale(list(axes), panels, signals, threshold)
         mark_events(axes[-1], [(_label(n), _look(n), events.get(n, ())) for n in names])
         for ax in axes:
             for t in marks:
@@ -143,13 +147,22 @@ def _draw_panel(ax: Any, names: Sequence[str], signals: Signals, threshold: floa
     mark_threshold(ax, threshold)
 
 
+def _scale(
+    axes: Sequence[Any], panels: Sequence[list[str]], signals: Signals, threshold: float
+) -> None:
+    """Give the panels of the loop's signals one scale, and others their own."""
+    ours = [family(names[0]) in SIGNALS for names in panels]
+    loop = [n for names, own in zip(panels, ours, strict=True) if own for n in names]
+    one = around((signals[name].x for name in loop), (threshold,))
+    for ax, names, own in zip(axes, panels, ours, strict=False):
+        axis = one if own else around(signals[name].x for name in names)
+        ax.set_ylim(axis.low, axis.high)
+
+
 def _finish(
     figure: Figure, axes: list[Any], signals: Signals, settle: float, shades: Sequence[Shade]
 ) -> None:
-    """Set scales, shades and the legend, which stands above the panels and covers nothing."""
-    lows, highs = zip(*(ax.get_ylim() for ax in axes[:-1]), strict=True)
-    for ax in axes[:-1]:
-        ax.set_ylim(min(lows), max(highs))
+    """Set shades and the legend, which stands above the panels and covers nothing."""
     ends = [float(signal.t[-1]) for signal in signals.values() if len(signal.t)]
     axes[-1].set_xlim(0.0, max(ends, default=1.0) or 1.0)
     for ax in axes:

@@ -27,6 +27,7 @@ from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
 from .domain import reaching
+from .noted import Noted
 
 CONFIGURE, ACTIVATE = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
@@ -82,6 +83,7 @@ class Client:
         self.faults: dict[str, str] = {}
         """Why nodes went through their error state."""
         self.warnings: dict[str, list[str]] = {}
+        self.noted: list[Noted] = []
         """What nodes warned of, second by second."""
         self._reached: dict[str, int] = {}
         self._heard: set[str] = set()
@@ -113,6 +115,8 @@ class Client:
                 self.faults[node] = status.message
             elif status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
                 self.warnings.setdefault(node, []).append(status.message)
+                stamp = message.header.stamp.sec * SECOND + message.header.stamp.nanosec
+                self.noted.append(Noted(stamp, node.strip('/'), status.message))
 
     def need_room(self, nodes: Collection[str], signals: Collection[str]) -> None:
         """Raise EventregError when nodes of these names, or publishers of ``signals``, are here."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from ..analysis.recorded import Analysis, analyze, need_span
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
+from ..bags.finding import Finding
 from ..errors import EventregError, ros_is_missing
 from ..nodes import environment
 from ..scenario import Criteria, Scenario
@@ -19,6 +20,9 @@ from ..simulation.trajectory import Array
 from .bag import Recorded
 from .judged import Judged
 from .session import Observer, Session
+
+NODE_WARNING = 'node-warning'
+"""The code of what a node warned of during a run."""
 
 DURATION = 40.0
 """Seconds of a run unless something else is said, or the scenario settles late."""
@@ -30,7 +34,7 @@ class LiveRun(Judged):
 
     ``analysis`` is None when the bag cannot be judged, for ``unjudged``. ``troubles`` are what went
     wrong after the start, ``measured`` the last diagnostics of each node, ``warnings`` what nodes
-    warned of, second by second.
+    warned of, second by second; ``noted`` is the same with its times, in model time.
     """
 
     scenario: Scenario
@@ -40,6 +44,7 @@ class LiveRun(Judged):
     troubles: Sequence[str] = ()
     measured: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    noted: Sequence[Finding] = ()
 
     @property
     def recorded(self) -> Recorded:
@@ -136,9 +141,28 @@ def run(
         if not session.troubles:
             raise
         analysis, unjudged = None, str(error)
+    noted = [] if analysis is None else _noted(session, analysis)
     return LiveRun(
-        scenario, path, analysis, unjudged, session.troubles, session.timing, session.warnings
+        scenario,
+        path,
+        analysis,
+        unjudged,
+        session.troubles,
+        session.timing,
+        session.warnings,
+        noted,
     )
+
+
+def _noted(session: Session, analysis: Analysis) -> list[Finding]:
+    """Return what nodes warned of as findings, in model time."""
+    start, scale = analysis.recording.start, analysis.time_scale
+    return [
+        Finding(
+            NODE_WARNING, each.node, (each.stamp - start) * scale / 1e9, f'{each.node}: {each.text}'
+        )
+        for each in session.noted
+    ]
 
 
 def usual_duration(scenario: Scenario, settle: float | None = None) -> float:

@@ -20,6 +20,7 @@ from ..scenario.interventions import Intervention
 from .domain import is_inhabited, own_domain
 from .executables import executable_of, package_and_executable
 from .loopback import RANGE, Reach, closed, opened
+from .noted import Noted
 from .processes import Processes, node_command
 from .running import announced
 
@@ -128,6 +129,8 @@ class Session:
         self.timing: dict[str, dict[str, str]] = {}
         """What each node measured of its own time, as its diagnostics say it."""
         self.warnings: dict[str, list[str]] = {}
+        self.noted: list[Noted] = []
+        """The same with its times."""
 
     def perform(self) -> None:
         """Start everything, run for the duration, stop everything.
@@ -259,7 +262,7 @@ class Session:
         self.observer.progressed(self.duration, client.counts, last=True)
         if not self.lockstep:
             self.timing = {node: client.seen(node) for node in self.scenario.nodes}
-            self.warnings = client.warnings
+            self.warnings, self.noted = client.warnings, client.noted
 
     def _pause(self, now: float) -> float:
         """Return the seconds until something is to be done or looked at."""

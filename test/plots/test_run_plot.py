@@ -68,3 +68,14 @@ def test_a_second_signal_has_the_colour_of_the_first_and_another_line():
     assert first.get_linestyle() != second.get_linestyle()
     assert 'off' in [text.get_text() for text in figure.axes[0].texts]
     figure.savefig(BytesIO(), format='svg')
+
+
+def test_neither_an_outlier_nor_a_foreign_signal_squeezes_the_loop(run):
+    signals = {name: Signal(run.t, x.copy()) for name, x in run.signals.items()}
+    signals['y'].x[1000] = 1e9
+    signals['effort'] = Signal(run.t, 300.0 + run['w'])
+    figure = draw_run(signals, {}, threshold=1.0)
+    *loop, effort = figure.axes[:-1]
+    assert len({ax.get_ylim() for ax in loop}) == 1
+    assert loop[0].get_ylim()[1] < 4.0
+    assert effort.get_ylim()[0] > 290.0
