@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What damaged bags do to the reader: bits flipped, bytes zeroed, files cut, over three storages.
 
 Run ``PYTHONPATH=. python bench/damaged.py [COUNT [SEED]]`` from the top of the repository. Prints a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """That lockstep gives the same bits, however the machine and the order of starting are.
 
 Run ``PYTHONPATH=. python bench/determinism.py`` from the top of the repository (ten runs of each

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The choices of the hold, measured: which one, and over how long a time it draws a line.
 
 Run ``PYTHONPATH=. python bench/horizon.py`` from the top of the repository; a minute with numba.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The loop on three hosts: its verdict over the delay and the loss of the links between them.
 
 Exosystem, plant and controller run on hosts of their own (network namespaces, see ``netns.py``);

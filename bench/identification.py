@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How well a generator is identified: error of tau, time of a fit, coverage of the intervals.
 
 Run ``PYTHONPATH=. python bench/identification.py`` from the top of the repository, in some minutes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* The limit for bench/sweep.py: the closed loop `exact` in lanes, written by hand for this loop alone.
  *
  * Sets of (k, tau) of the controller, LANES side by side: the same arithmetic as the package (RK4,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What observer and prediction tolerate: delay, a wrong model, a wrong lead, loss, jitter, noise.
 
 Run ``PYTHONPATH=. python bench/late.py`` from the top of the repository; two minutes with numba.

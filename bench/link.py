@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How precise the link node is: what it adds to the delay that it was asked for.
 
 A process publishes u, the link relays it, and the process takes both: the difference of the two

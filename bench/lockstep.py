@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How fast lockstep is: the loop `exact`, beside a bare loop of three minimal rclpy nodes.
 
 Run ``PYTHONPATH=. python bench/lockstep.py`` from the top of the repository; needs ROS 2. The bare

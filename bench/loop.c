@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* The limit: the closed loop of the scenario `exact`, written by hand.
  *
  * Classical RK4 with step h, every input held over the step (zero hold), the same equations as

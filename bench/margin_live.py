@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The margins of `eventreg margin`, found again with the real nodes and the node ``link``.
 
 Run ``PYTHONPATH=. python bench/margin_live.py`` from the top of the repository (twelve minutes);

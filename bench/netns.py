@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hosts that are network namespaces of this machine, with delay, jitter and loss between them.
 
 Each host has a veth pair to a switch: this process, which sits in a namespace of its own without

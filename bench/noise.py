@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """False and missed events of a noisy y, with the detector's limits and without.
 
 Run ``PYTHONPATH=. python bench/noise.py`` from the top of the repository (seconds). White

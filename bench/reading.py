@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How fast bags are read, beside the floor: chunks of MCAP decoded as numpy structured arrays.
 
 Run ``PYTHONPATH=. python bench/reading.py [MILLIONS]`` from the top of the repository (5 million

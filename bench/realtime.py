@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How punctual the nodes are in real time: per rate and hold, idle and with both cores busy.
 
 Run ``PYTHONPATH=. python bench/realtime.py`` from the top of the repository; needs ROS 2 and Linux

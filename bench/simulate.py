@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How fast the simulations are: the closed loop `exact`, T = 1000, beside others and a C loop.
 
 Run ``PYTHONPATH=. python bench/simulate.py`` from the top of the repository. Needs scipy; numba and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Does a long run stay flat? Memory and open handles of every node, minute by minute.
 
 Run ``PYTHONPATH=. python bench/soak.py`` (an hour; ``--minutes`` for less) from the top of the

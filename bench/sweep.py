@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How fast a sweep is: many sets of `exact` over (k, tau) of the controller, beside a C kernel.
 
 Run ``PYTHONPATH=. python bench/sweep.py`` from the top of the repository (a minute; ``--sets

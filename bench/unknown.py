@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Controllers that learn their generator: what the fixed one rejects, and what the adaptive one.
 
 Run ``PYTHONPATH=. python bench/unknown.py`` from the top of the repository; some minutes on 2

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of Sphinx: `make docs` builds these pages into build/docs."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw the README's picture: a real run over DDS whose controller is switched off and on again.
 
 python docs/demo.py docs/demo.png

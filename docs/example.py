@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The library in a few cells: run it as a script, or cell by cell in an editor or in Jupyter.
 
 Everything here is offline; no ROS is needed. Times are in the paper's model time.

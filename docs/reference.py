@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pages of docs/reference/, made from the tables of the code when the site is built."""
 
 from __future__ import annotations

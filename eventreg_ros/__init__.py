@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Neuromorphic disturbance rejection for ROS 2: events are rejected, not trajectories."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg``, and ``python -m eventreg_ros``: the command as a process."""
 
 from __future__ import annotations

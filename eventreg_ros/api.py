@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 r"""The library: what the commands do, for notebooks and scripts.
 
     from eventreg_ros import load, simulate, certificates

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The errors that a user can fix: one line each, with where, what rule, what value, what to do."""
 
 import contextlib

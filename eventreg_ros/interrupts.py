@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SIGINT, SIGTERM and SIGHUP, from the first line of a process to its last."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What tests of several parts share: signals with known events, bags of them, the command."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The library: ``from eventreg_ros import ...``."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the documents say can be done: commands parse, links lead somewhere, the example runs."""
 
 import importlib.util

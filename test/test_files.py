@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files: what is no file is refused without waiting, and what is written is whole or not there."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What colcon and pip install: the nodes where ROS looks for them, eventreg on the path."""
 
 import importlib.util

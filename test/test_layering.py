@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who may import whom (docs and CONTRIBUTING say it in words); imports inside functions count."""
 
 import ast

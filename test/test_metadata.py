@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What setup.py, package.xml and CITATION.cff say: that they agree, and name all that is needed."""
 
 import ast

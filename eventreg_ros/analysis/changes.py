@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was changed while a run went on: it is not the run that its scenario describes any more."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several runs side by side: which events each has, how far apart they are, what was set otherwise.
 
 All times are in model time. Two runs are compared over the span that both have.

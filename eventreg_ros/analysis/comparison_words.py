@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A comparison as a table for people and as JSON for programs."""
 
 from __future__ import annotations

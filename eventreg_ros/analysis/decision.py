@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Event times to a verdict and its reason: one function for bags, simulations and live runs."""
 
 from __future__ import annotations

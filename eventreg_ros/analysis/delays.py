@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """When a recorded run came near its delay margin, as its spike monitor published it."""
 
 from __future__ import annotations

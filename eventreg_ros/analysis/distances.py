@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distances between two trains of events: how different they are, as one number.
 
 A train is an increasing array of times, shape (n,), in model time. Four measures that the field

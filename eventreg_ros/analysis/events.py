@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The event detector, one for live signals and recorded ones.
 
 An event of a signal is a spike: the signal rises through ``threshold`` after having been at or

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was seen of a run, and what was not: no verdict without evidence.
 
 A signal is unseen where its finite samples are more than ``blind`` apart, and for more than

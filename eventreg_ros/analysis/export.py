@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals as what other programs read: npz, csv and parquet files, pandas and xarray objects."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The first event that should not be, or is missing, and what happened around it."""
 
 from __future__ import annotations

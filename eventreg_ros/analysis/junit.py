@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A report as JUnit XML, which CI servers show: a test case for each plant that was judged."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What adaptive controllers have learned, when they locked, and whether two are alike."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The verdict on a run that goes on, by the same code as on a recorded one."""
 
 from __future__ import annotations

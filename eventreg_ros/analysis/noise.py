@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a recorded signal is noisy, and which limits of the event detector help.
 
 Noise on a signal shows in two ways: the threshold is crossed again before the signal was at reset,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recorded bag, judged: the signals, the scenario they belong to, and the report."""
 
 from __future__ import annotations

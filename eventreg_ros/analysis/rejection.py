@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which events of y are asked for, which are not, and which are missing."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A report as JSON, key for key as the contract has it; here and nowhere else."""
 
 from __future__ import annotations

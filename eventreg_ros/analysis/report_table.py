@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A report as a short plain table for a terminal; it ends with the verdict."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals over model time: sums, differences, sizes, and the order in which they are shown."""
 
 from __future__ import annotations

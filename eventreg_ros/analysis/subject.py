@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is judged: each plant, what disturbs it, what it is compared with, and by which numbers."""
 
 from __future__ import annotations

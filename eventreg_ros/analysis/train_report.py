@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Everything that the event trains of one run say, for tables, pages and JSON."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Trains of events: how regular one is, how well two agree, and from when on a loop is settled.
 
 A train is an increasing sequence of times in model time, shape (n,). A figure that too few events

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The verdict on a run, recorded or simulated: one report, from signals and what is judged."""
 
 from __future__ import annotations

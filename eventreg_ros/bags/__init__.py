@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was recorded: the reader and the writer of bags."""

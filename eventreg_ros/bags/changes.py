@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was changed while a bag was recorded: parameters set, nodes switched off and on."""
 
 from __future__ import annotations

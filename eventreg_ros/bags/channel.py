@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What files hold, whatever their format: channels, and messages of one channel at a time."""
 
 from __future__ import annotations

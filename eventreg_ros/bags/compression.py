@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Unpacking, never more than was promised: a small file may claim to hold gigabytes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was read against what metadata, statistics and indices promise."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Message types: what fields they have, from the definition in the bag or from ROS's own."""
 
 from __future__ import annotations

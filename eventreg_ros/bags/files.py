@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which files make a bag: a directory, with or without metadata.yaml, or one file."""
 
 from __future__ import annotations

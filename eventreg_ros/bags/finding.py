@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong with a recording, as one sentence each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs under stamps that were recorded before, and single samples where they do not belong.
 
 A recording goes forward. Where its stamps go back in the order of the file, another run, a clock

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether stamps can be believed: what goes back, stands still, jumps, or makes no sense."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What chunks of an MCAP file hold: unpacked, checked, and handed on."""
 
 from __future__ import annotations

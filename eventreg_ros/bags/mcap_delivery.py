@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages of an MCAP file to those who want them; channels as data and summary declare them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An MCAP file, read once from beginning to end: the data count, the summary is a hint."""
 
 from __future__ import annotations

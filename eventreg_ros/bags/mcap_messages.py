@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Message records of MCAP, many at a time: whole buffers as arrays instead of one by one.
 
 A message record is: opcode (1 byte), length of the rest (8), channel (2), sequence (4), log time

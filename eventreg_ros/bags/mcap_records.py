@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """MCAP records: bytes to records and back. Knows no files. The format is mcap.dev/spec."""
 
 from __future__ import annotations

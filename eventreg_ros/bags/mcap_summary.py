@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The end of an MCAP file: a hint at what the data hold, never more than that."""
 
 from __future__ import annotations

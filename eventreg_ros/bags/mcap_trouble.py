@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What goes wrong while an MCAP file is read, gathered into a few sentences."""
 
 from __future__ import annotations

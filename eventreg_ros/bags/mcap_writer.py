@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An MCAP file with checksums, as rosbags' writer wants its storages to be."""
 
 from __future__ import annotations

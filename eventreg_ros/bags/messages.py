@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """CDR messages to numbers, a table of equally long ones at a time."""
 
 from __future__ import annotations

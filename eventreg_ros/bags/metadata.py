@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """metadata.yaml of a rosbag2, of any version: hints at what its files hold."""
 
 from __future__ import annotations

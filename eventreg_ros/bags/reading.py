@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is kept while the files of a bag are read: a series for each source of a signal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The samples of one source as they come out of the files, in the order of the files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A .db3 file of rosbag2: what tables it has, which topics, and a writer's leavings beside it."""
 
 from __future__ import annotations

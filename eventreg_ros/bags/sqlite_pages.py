@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """B-trees of an SQLite file: pages to rows, many at a time. Knows no files, only pages by number.
 
 The format is sqlite.org/fileformat2.html. SQL gives one row after another at a microsecond each,

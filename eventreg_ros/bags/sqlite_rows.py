@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The messages of a .db3 file, from its pages to those who want them."""
 
 from __future__ import annotations

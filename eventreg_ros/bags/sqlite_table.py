@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small tables of an SQLite file, row by row, and rows that go on in other pages.
 
 Not by SQL: a damaged or a cut file that SQLite refuses as a whole still has its topics, and nothing

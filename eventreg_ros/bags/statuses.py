@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Diagnostic statuses in a bag: keys and values by time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The formats of files, and how each is read."""
 
 from __future__ import annotations

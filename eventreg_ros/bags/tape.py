@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A file as a window that moves forward, with the checksum of all that went by."""
 
 from __future__ import annotations

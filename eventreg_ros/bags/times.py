@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which of its three times a sample is taken at: logged, published, or that of its header."""
 
 from __future__ import annotations

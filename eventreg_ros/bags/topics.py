@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which topics are read, and what the signals are called."""
 
 from __future__ import annotations

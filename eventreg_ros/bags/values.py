@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether values can be believed: two sources in one signal, and samples far off all others."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals to rosbag2 directories. The only writer of bags."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg activate NODE``: switch a node of the running loop on; it starts from x0."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg analyze``: events, rejection, residual and timing of a recorded bag. Needs no ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg certify``: what theory says of a scenario, and what is measured where it is silent.
 
 ``--json F`` writes ``{"scenario", "time", "certificates": [...]}``, ``time`` being the model time

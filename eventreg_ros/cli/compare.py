@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg compare``: several runs side by side, bags or scenarios. Needs no ROS.
 
 ``--json F`` writes what :func:`.analysis.comparison_words.as_json` returns. The exit code is 0

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg deactivate NODE``: switch a node of the running loop off; its output goes to 0."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What stands below the help of each command: examples, and what its exit codes mean."""
 
 from __future__ import annotations

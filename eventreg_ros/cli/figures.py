@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg figures``: the paper's figures, and those that it argues in words. Needs no ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg identify``: the generator behind a recorded spike train, as a table, JSON, a scenario.
 
 Needs no ROS. The exit code is 0 when it was identified, and 2, with one line that says why, when it

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg list``: the shipped scenarios, a line each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the nodes of a run measured of their own time, as tables."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``eventreg``: finds the verb, runs it, turns errors into one line and exit code 2."""
 
 from __future__ import annotations

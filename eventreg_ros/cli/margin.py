@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg margin``: how much delay, loss and jitter the loop tolerates. Needs no ROS.
 
 ``--json F`` writes ``{"scenario", "time_scale", "duration", "settle", "window", "seeds", "holds":

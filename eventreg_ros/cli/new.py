@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg new FILE``: a commented scenario file to begin with."""
 
 from __future__ import annotations

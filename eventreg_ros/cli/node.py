@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """eventreg node: one node, as ``ros2 run eventreg_ros NODE`` runs it."""
 
 from __future__ import annotations

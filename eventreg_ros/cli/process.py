@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the process of a command needs before and after its work: streams, signals, exit codes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The files that a report may go to: JSON, JUnit, a page, a picture. For every verb that judges."""
 
 from __future__ import annotations

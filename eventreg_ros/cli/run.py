@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg run``: the scenario's nodes as processes over real topics, recorded and judged."""
 
 from __future__ import annotations

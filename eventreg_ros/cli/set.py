@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg set NODE.PARAM VALUE``: set a parameter of the running loop."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg simulate``: the scenario offline, as one continuous system or as the nodes do it."""
 
 from __future__ import annotations

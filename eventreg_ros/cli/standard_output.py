@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where F is ``-``: the file goes to standard output, and everything else to standard error."""
 
 from __future__ import annotations

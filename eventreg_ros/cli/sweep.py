@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg sweep``: the sampled loop over many sets of parameters. Needs no ROS.
 
 ``-p NODE.PARAM:=SPEC`` varies a parameter (:mod:`..robustness.axes` says how), ``-p

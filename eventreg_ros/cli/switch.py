@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``eventreg activate`` and ``eventreg deactivate`` share."""
 
 from __future__ import annotations

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Beyond the paper: adaptation, observer and prediction, spike coding; pure functions."""

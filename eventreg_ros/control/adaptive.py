@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adaptive internal model: a controller that learns a parameter of its generator as it runs.
 
 Any model that says how it learns (:class:`..models.Learner`) becomes one with a further, last

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A predicting controller as a node runs it: the steps of the sampled loop, on what it heard."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What turns a controller into a predicting one: its settings, at any rate."""
 
 from __future__ import annotations

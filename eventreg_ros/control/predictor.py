@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Observer and prediction: a controller for loops whose links are late.
 
 The controller lives in the plant's past. After sample m of y its state is that of time m: x, the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the paper says: the models as pure functions, the roles they play, the table of models."""
 
 from .catalogue import default_x0, model_names, model_of

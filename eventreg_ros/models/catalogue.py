@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of models: those of the paper, and those that installed packages add.
 
 A package adds a model by an entry point of the group ``eventreg_ros.models``: its name is the

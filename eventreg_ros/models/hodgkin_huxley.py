@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The Hodgkin-Huxley neuron, and the oscillator made of two.
 
     C V' = I - g_Na m^3 h (V - V_Na) - g_K n^4 (V - V_K) - g_L (V - V_L) + k (sum of inputs - z)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A model whose output is cut off at a magnitude; its state is not."""
 
 from __future__ import annotations

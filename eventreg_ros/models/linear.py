@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The linear motif: what the nonlinear construction is modelled on (the paper's section 2)."""
 
 from __future__ import annotations

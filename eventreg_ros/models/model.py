@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a model is: a right-hand side, an output, a dimension and parameters, all pure.
 
 One order of arguments everywhere: ``rhs(x, drive, p)`` and ``output(x, drive, p)``.

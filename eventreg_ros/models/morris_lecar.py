@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The Morris-Lecar neuron, and the oscillator made of two: the paper's idea with other membranes.
 
     C V' = I - g_Ca m(V) (V - V_Ca) - g_K n (V - V_K) - g_L (V - V_L) + k (sum of inputs - z)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The FitzHugh-Nagumo neuron and the oscillator made of two of them (the paper's section 3)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rest of a membrane: where the currents through it balance."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of roles: who has which model, which signed inputs, which output, which defaults."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The inputs of a block that reads them by number: each sample once, by the step that made it."""
 
 from __future__ import annotations

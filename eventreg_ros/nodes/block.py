@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one node that runs a block; exosystem, plant, controller and reference are its four names."""
 
 from __future__ import annotations

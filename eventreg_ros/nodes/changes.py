@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is changed while a recorder records: parameters that are set, nodes that are switched."""
 
 from __future__ import annotations

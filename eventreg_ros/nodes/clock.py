@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The clock: publishes simulation time, and grants the steps of lockstep.
 
 Publishes /clock and lockstep/grant, listens to lockstep/reached. Services: ~/pause, ~/resume,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several nodes in one process and one executor: the same classes and bits, less transport."""
 
 from __future__ import annotations

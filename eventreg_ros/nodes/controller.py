@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The controller: a copy of the exosystem driven by y - y_r; publishes u (eq. s.I)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of parameters, declared to ROS: descriptions, ranges, one check for every change."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishers, subscriptions and timers of our nodes, each destroyed with the stage that made it."""
 
 from __future__ import annotations

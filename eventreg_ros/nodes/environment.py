@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the environment says to ROS, checked: some of it ends a process without a word of ours."""
 
 from __future__ import annotations

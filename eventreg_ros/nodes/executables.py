@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an executable does before there is a node: --help, wrong arguments, no ROS."""
 
 from __future__ import annotations

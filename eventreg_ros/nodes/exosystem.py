@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The exosystem: two neurons that inhibit each other; publishes the disturbance w (eq. s.w)."""
 
 from __future__ import annotations

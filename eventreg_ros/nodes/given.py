@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a node was given, as it is meant: its arguments and parameter files before rcl reads them.
 
 rcl takes an unquoted y for true, which launch files and ``ros2 param dump`` write for the signal y,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the RMW says of a message beside its content."""
 
 from __future__ import annotations

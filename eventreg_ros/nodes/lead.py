@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """By how much u is ahead of its time stamps, and what to say when that is too little."""
 
 from __future__ import annotations

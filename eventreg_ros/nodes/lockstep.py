@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lockstep: step n uses exactly sample n of every input, whatever the load and the order.
 
 A deterministic dataflow. Samples are identified by the number that their writer gives them

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What all our nodes are: lifecycle nodes that start themselves, check parameters and report."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Blocks of one's own: a plant, a controller, a sensor of about twenty lines.
 
     class Tank(OwnBlock):

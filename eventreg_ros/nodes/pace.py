@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """When a step is due and which samples it uses: two protocols, each with two implementations.
 
 In real time (:mod:`.realtime`, :mod:`.stamped`) steps are due by the clock and use the samples that

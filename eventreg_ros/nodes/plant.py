@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant: an excitable neuron driven by +w, +v and -u; publishes y (eq. s.E)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pace of the ROS clock: all nodes tick on a common grid, and nobody is late for long."""
 
 from __future__ import annotations

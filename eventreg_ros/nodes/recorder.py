@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The recorder: writes signals and spikes to a rosbag2, as they come, without unpacking them.
 
 Listens to the signals that the parameter signals names, to their spikes/SIGNAL/count and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference: the plant driven by +v alone, undisturbed; publishes y_r (sys.reference)."""
 
 from __future__ import annotations

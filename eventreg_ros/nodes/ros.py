@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How a node's process starts, spins and ends."""
 
 from __future__ import annotations

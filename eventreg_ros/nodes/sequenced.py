@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The inputs of a node in lockstep: by the number that the writer gave each sample."""
 
 from __future__ import annotations

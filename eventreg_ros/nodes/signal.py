@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node that publishes one signal, sample by sample, and hears any number of others."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The spike monitor: counts the events of signals and publishes them as they happen.
 
 Listens to the signals that the parameter signals names, publishes spikes/SIGNAL/count and

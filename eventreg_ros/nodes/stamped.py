@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The inputs of a node in real time: by time stamp, watched for silence, measured."""
 
 from __future__ import annotations

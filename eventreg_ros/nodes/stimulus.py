@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The stimulus: publishes v, the measured open input of plant and reference."""
 
 from __future__ import annotations

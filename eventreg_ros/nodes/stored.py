@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scenario that a node is given as a file."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of topics: name, message type and quality of service of each, written once.
 
 Every call of :meth:`Topic.qos` makes a new profile: rclpy writes the overrides of one publisher or

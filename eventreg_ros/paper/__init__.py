@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The figures as one table: the paper's, those that it argues in words, and those beyond it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a figure of the paper is: runs of scenarios, columns derived from them, and a layout."""
 
 from __future__ import annotations

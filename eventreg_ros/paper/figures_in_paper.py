@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The four figures that the paper shows, at the parameters of their captions."""
 
 from __future__ import annotations

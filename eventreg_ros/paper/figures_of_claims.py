@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures of what the paper argues in words."""
 
 from __future__ import annotations

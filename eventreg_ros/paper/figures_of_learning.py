@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures of controllers that learn their generator, and of the gain against the delay."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page that shows the figures: each with what to see, its parameters and its commands."""
 
 from __future__ import annotations

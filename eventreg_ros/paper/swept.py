@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures over a parameter instead of time: what a sweep found, set by set."""
 
 from __future__ import annotations

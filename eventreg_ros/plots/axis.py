@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Axes: what range is shown, where the ticks are, and what they are called."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a chart of the page shows, before it is drawn: panels over one span of model time."""
 
 from __future__ import annotations

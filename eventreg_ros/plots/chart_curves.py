@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The curves of a chart, and the marks that belong to them, as SVG."""
 
 from __future__ import annotations

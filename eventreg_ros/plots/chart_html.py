@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Charts as HTML: SVG that is as wide as there is room, and that the page's script can zoom.
 
 Curves stand in an svg element whose box is stretched, in :data:`.chart_scale.ACROSS` parts of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where things stand in a chart: parts of its span, units of its curves, and single marks."""
 
 from __future__ import annotations

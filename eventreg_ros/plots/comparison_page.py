@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page on several runs: verdicts side by side, what differs, all signals over each other."""
 
 from __future__ import annotations

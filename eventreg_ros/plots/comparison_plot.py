@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several runs over each other: every signal in one panel, and the events of y a row per run."""
 
 from __future__ import annotations

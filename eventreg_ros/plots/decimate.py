@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Long recorded signals as lines that can be drawn: broken where samples lack, and thinned."""
 
 from __future__ import annotations

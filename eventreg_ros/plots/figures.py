@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws a figure of a paper: panels of signals over model time, and below them their events.
 
 What a figure shows is a :class:`Layout`, a table; :func:`draw` turns it and the data into a

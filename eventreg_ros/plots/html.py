@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bare page: everything that comes from outside is escaped here; nothing is ever fetched."""
 
 from __future__ import annotations

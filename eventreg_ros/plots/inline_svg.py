@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A matplotlib figure as an svg element of a page, whose policy allows no style in attributes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws the verdict over delay and loss, one panel for each hold."""
 
 from __future__ import annotations

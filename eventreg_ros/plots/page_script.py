@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What pages do: charts of one span zoom and pan together, by buttons, keys, wheel and pointer."""
 
 from __future__ import annotations

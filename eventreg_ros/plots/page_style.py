@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How pages look: on a screen of any width, light or dark, and on paper."""
 
 from __future__ import annotations

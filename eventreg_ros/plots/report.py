@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report on a run: one HTML page, for a person who wants to know what happened."""
 
 from __future__ import annotations

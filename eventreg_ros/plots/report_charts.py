@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The charts of a report: which signals, on which scale, with which marks."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report's words: numbers and sentences, and how the numbers are defined."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One run as a picture: its signals over model time, and below them their events."""
 
 from __future__ import annotations

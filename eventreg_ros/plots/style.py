@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What all pictures share: style, colour and line of each signal, marks, and how they are saved.
 
 The colours are Okabe and Ito's, distinct for readers with any kind of colour vision; signals that

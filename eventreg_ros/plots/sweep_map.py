@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws a sweep: the verdict and the residual over two parameters, or over one; and a border."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page on a sweep: what was varied, what came of it, and the picture."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws the yield of random sets: how large residuals are, and how soon events end."""
 
 from __future__ import annotations

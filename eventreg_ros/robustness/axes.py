@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is varied: NODE.PARAM:=SPEC read into axes, and the values that an axis takes.
 
     A..B/N       N values from A to B          A..B/Nlog    the same, in equal ratios

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The border between rejected and not, over two parameters, found by refining where it runs.
 
 A coarse grid is run first. A cell whose known points disagree is halved, and so on down to the fine

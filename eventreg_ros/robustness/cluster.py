@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stretches of a sweep on a Dask cluster: this cuts, Dask schedules, and does again what was lost.
 
 The same rows as here, bit for bit: a piece depends on the plan and its place alone.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which sets are run: a grid, or a random sample; any stretch of them, in any order, alike."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scenario put to the test: the verdict on sampled simulations under delay, loss and jitter."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What happened in lanes: events, matches and residuals, by the formulas of :mod:`..analysis`.
 
 These functions are compiled (:func:`..simulation.jit.compile_entry`); arrays are flat, with the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lanes judged as they go: events counted and matched, residuals measured, to a row each."""
 
 from __future__ import annotations

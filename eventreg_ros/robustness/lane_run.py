@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many runs at once: cases sorted into lanes, run, and judged; or one by one where that must be."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Margins in words and as JSON: the table of ``eventreg margin`` and what its --json writes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How much delay, loss and jitter a loop tolerates: the most at which it still rejects.
 
 The question is put to sampled simulations (:mod:`.trial`) with each hold in turn. Where an

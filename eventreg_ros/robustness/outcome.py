@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What came of one run: the verdict in numbers, and how near it was; a row of a sweep."""
 
 from __future__ import annotations

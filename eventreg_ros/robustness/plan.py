@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a sweep was asked for, as plain data: it names a sweep, and goes to other machines."""
 
 from __future__ import annotations

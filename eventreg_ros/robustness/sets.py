@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sets of values made into runs: quickly where only numbers of blocks change, else one by one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a sweep is kept: what was asked for, what is done so far, and the table in the end.
 
 DIR holds ``sweep.json`` (the plan, and the result once there is one), ``scenario.yaml``, and

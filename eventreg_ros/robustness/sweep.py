@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A sweep: every set of a plan run, kept as it goes, and the table of them all."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sweeps, borders and searches in words."""
 
 from __future__ import annotations

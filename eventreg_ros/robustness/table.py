@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of a sweep: a row per set, its parameters, its outcome; parquet or csv."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The falsifier: a search, within ranges, for the parameters that come nearest to an event."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The yield of devices that are not as they should be: its interval, and what matters."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals as they travel and are recorded: std_msgs/Float64 messages in CDR.
 
 A relay's messages have time stamps of their own. How old the sample was that it relays it writes

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Percentiles of durations, kept in constant memory while they come in."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nodes measure of themselves, as figures: how diagnostics write it, and how it is read back.
 
 The keys of the diagnostics are written here and nowhere else.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How a participant of lockstep signs what it reports: with its name and its rate."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A link in real time: which samples leave it and when, as tc netem does it with packets."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What has arrived of one input in lockstep: its samples by number, without a gap."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What has arrived of one input: its last samples, and its line over a given step."""
 
 from __future__ import annotations

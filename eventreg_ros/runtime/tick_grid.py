@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The common grid of ROS time on which all blocks tick: time is a step count times a step size."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What has arrived of one input ahead of its time: samples wait until they are due."""
 
 from __future__ import annotations

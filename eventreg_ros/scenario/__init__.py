@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is asked: the table of parameters, YAML, the scenario and what may be made of one."""
 
 from .blocks import block_spec

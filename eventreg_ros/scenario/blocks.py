@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From the parameters of a node to its block."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What counts as an event, and when events match: the numbers that every verdict rests on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where scenarios are found: the shipped ones by name, others by path."""
 
 from __future__ import annotations

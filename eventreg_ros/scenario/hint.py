@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The remedy for a name that nobody knows."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a block listens to, by its parameters."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What --at says: a time, and what is done then: a parameter set, a node switched off or on."""
 
 from __future__ import annotations

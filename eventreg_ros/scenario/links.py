@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What --link says: a signal, and what the link on it does to its samples."""
 
 from __future__ import annotations

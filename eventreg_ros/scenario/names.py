@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the name of a node says: its namespace, its kind, and what its signals are called.
 
 A node's kind is its name, or its name up to _SUFFIX: plant, plant_left. In a scenario a node in a

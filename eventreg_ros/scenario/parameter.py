@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a parameter is: name, ROS type, default, rule, and when it may be set."""
 
 from __future__ import annotations

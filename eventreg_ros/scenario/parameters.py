@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Given values checked against the table of parameters, and completed by its defaults.
 
 :func:`resolve` turns what somebody gave into checked values; the nodes declare the same rows to ROS

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Keys that override the quality of service: qos_overrides.TOPIC.publisher.POLICY.
 
 TOPIC is the resolved name, with the namespace and after remapping. rclpy takes a key with any other

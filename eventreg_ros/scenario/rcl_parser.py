@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A parameter file as rcl reads it: event by event, with the same state and the same refusals.
 
 After parse_file_events, parse_key and parse_value in rcl_yaml_param_parser/src/parse.c of Jazzy,

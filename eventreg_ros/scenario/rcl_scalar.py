@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a scalar of a parameter file is to rcl: bool, integer, double or string.
 
 After get_value in rcl_yaml_param_parser/src/parse.c, which asks C's strtoll and strtod. YAML 1.1

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameter files to scenarios: keys, wildcards and namespaces, as ROS reads them."""
 
 from __future__ import annotations

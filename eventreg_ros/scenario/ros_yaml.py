@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """YAML as ROS's own parser reads it, and no other.
 
 In one thing this is stricter than rcl: a parameter that a node is given twice in a file, of which

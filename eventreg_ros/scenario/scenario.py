@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scenario: which nodes there are, with all their parameters, and what may be made of it."""
 
 from __future__ import annotations

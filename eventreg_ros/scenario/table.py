@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of parameters: every parameter of every kind of node, once, as data.
 
 Name, ROS type, default, meaning, rule, and until which state of the node it may be set. Nodes

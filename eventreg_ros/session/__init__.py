@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """One run: domain, processes, the client of the nodes, the result; prints nothing."""

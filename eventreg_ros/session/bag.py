@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bag read and judged: what ``eventreg analyze`` does, for Python."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Brings a scenario's nodes up together, starts them at one instant, and watches their spikes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs, scenarios and bags compared: what ``eventreg compare`` does, for Python."""
 
 from __future__ import annotations

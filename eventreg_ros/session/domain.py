@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A ROS domain of its own on the loopback, unless the environment names one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which executable runs a node of a scenario: ours, or that of another package."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A generator identified from a bag or a scenario: what ``eventreg identify`` does, for Python."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scenario of what was identified: a controller for each generator."""
 
 from __future__ import annotations

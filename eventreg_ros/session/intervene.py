@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One intervention in the loop that runs: what ``eventreg set`` does, for Python."""
 
 from __future__ import annotations

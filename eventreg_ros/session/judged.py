@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What every run has, simulated, recorded or live: signals, events, a verdict, a picture."""
 
 from __future__ import annotations

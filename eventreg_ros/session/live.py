@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scenario run with real nodes, recorded and judged: what ``eventreg run`` does, for Python."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs of our own keep to the loopback: nobody on the network sees their nodes or can set them.
 
 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST only stops a participant from looking around: Fast DDS

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the nodes of a run warned of, and when."""
 
 from __future__ import annotations

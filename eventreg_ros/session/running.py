@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The runs of this user on this machine: where `eventreg set` finds the loop that runs.
 
 A run leaves a file with what another process needs to reach its nodes, and takes it away when it

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One run from the first process to the last: everything is started, conducted, and ended."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scenario simulated and judged: what ``eventreg simulate`` does, for Python."""
 
 from __future__ import annotations

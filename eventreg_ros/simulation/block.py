@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A block: a model, its parameters, its wiring, its state; what nodes run and simulations step."""
 
 from __future__ import annotations

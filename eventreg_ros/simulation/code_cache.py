@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Machine code that is kept between processes: numba's cache, with the right key.
 
 numba looks up a function by the file that it stands in, and does not notice when a function that it

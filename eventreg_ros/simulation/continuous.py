@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop as one continuous system, integrated as exactly as asked.
 
 scipy's DOP853 (order 8) integrates it, from one jump of the stimulus to the next.

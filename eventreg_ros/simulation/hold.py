@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How an input is reconstructed between its samples.
 
 Over one step an input is a straight line ``base + theta * slope``, theta running from 0 to 1. With

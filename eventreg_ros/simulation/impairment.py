@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What delay, loss and jitter do to the links: which samples each has received at each step."""
 
 from __future__ import annotations

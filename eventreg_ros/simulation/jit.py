@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which form of the kernel to run: plain Python, or compiled once the work pays for compiling."""
 
 from __future__ import annotations

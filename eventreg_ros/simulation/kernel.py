@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop, sample by sample: one implementation, plain Python or compiled by numba.
 
 It is put together from the very functions that a node calls (:func:`.block.make_advance`,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many sets of parameters side by side: the sampled loop in lanes, compiled, to the same bits.
 
 A block of :data:`.lanes_source.LANES` sets goes through the loop together; what they have in common

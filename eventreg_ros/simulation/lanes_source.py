@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The source of a kernel in lanes: the loop of :mod:`.kernel`, for many sets side by side.
 
 What the loop consists of is written out, so that a compiler sees plain loops over the lanes with

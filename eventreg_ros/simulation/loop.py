@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop: blocks by name, the open inputs by signal, and who publishes what."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the code of a model raises on the way: its arithmetic, turned into an error in words."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """White noise on what blocks publish: what a sensor adds to every sample."""
 
 from __future__ import annotations

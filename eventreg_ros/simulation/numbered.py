@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Blocks that read their inputs by the numbers of the samples, not as lines over the present step.
 
 A block of this kind may use samples of long ago, and those between the last two that it used. What

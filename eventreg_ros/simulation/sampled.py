@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop as the nodes run it in lockstep: sample by sample, to the same bits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One step of the classical Runge-Kutta method, the one that everybody takes.
 
 Nodes, sampled simulations and sweeps call the same :func:`make_step`, so they agree to the last

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The measured open input v: a function of model time, and the instants at which it jumps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop as one system of differential equations: the models' functions, wired."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is done to a running loop: parameters set, blocks switched off and on again.
 
 A block that is off keeps its state and publishes 0. Switched on again it starts from x0: the next

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Certificates of a controller's gains: how fast it learns tau, and what its k costs and buys."""
 
 from __future__ import annotations

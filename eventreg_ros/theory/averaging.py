@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What averaging over a period of w predicts: how fast tau is learned, and what delay k tolerates.
 
 **Learning.** Let delta = ln(tau / tau_w), e the drive of the controller. For a large k, u is pinned

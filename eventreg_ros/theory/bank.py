@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bank of controllers for several generators: which generator has its copy in which controller.
 
 The plant hears the sum of all w_i less the sum of all u_j. If every generator has its copy in a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What theory says of given parameters, in words: one certificate per claim of the paper."""
 
 from __future__ import annotations

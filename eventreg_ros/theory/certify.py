@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """All certificates of a loop: what theory says of it, and what is measured beyond."""
 
 from __future__ import annotations

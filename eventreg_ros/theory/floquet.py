@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The exact rate of contraction along a periodic w: Floquet multipliers of the driven loop.
 
 The generator is put on its closed orbit, and the loop left to itself until it answers with the same

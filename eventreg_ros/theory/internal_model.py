@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The internal model principle for oscillators: whether the controller at y = 0 can produce w.
 
 The paper asks for a copy, (k_eta, tau_eta) = (k_w, tau_w), and shows that one neuron is too few.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's two lemmas as code: contraction of a neuron, antiphase of an oscillator.
 
 Functions take the parameters (k, tau) of a neuron or an oscillator. Rates are per

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The linear motif's theory (the paper's section 2): closed loop, Hurwitz, Francis, steady state.
 
 The closed loop's state is (x, x_eta1, x_eta2). With a = 1 + k_y the characteristic polynomial of

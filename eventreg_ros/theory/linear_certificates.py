@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the linear motif's theory says of given gains, in words."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Does the driven loop forget its initial state? The largest conditional Lyapunov exponent.
 
 The exosystem, the stimulus and the reference are the drive: they run, but only the plant and the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop together with its variational equation."""
 
 from __future__ import annotations

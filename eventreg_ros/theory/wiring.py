@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who is wired to whom: the circuits that a loop consists of, if they are wired as in the paper."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What pip and colcon install; the entry point adds the model to eventreg_ros."""
 
 from setuptools import setup

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was changed during a run, in model time, in the report, its JSON and its table."""
 
 import json

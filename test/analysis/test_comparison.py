@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs side by side: by hand, against the verdict's own matching, and as sets."""
 
 import itertools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A comparison as a table and as JSON: everything that it found is there."""
 
 import json

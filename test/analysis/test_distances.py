@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distances of event trains: against elephant and PySpike, the definitions, and as metrics."""
 
 import itertools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The event detector: by hand, at its edges, live against offline, and against the truth."""
 
 import itertools

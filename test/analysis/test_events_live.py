@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Live and offline detector give the same floats, whatever comes; with limits off, as ever."""
 
 import itertools

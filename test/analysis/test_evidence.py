@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """No verdict without evidence: what was not seen is never called rejected, and what was stays."""
 
 import random

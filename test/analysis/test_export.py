@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files and objects for other programs hold the same floats; what is not installed is named."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Identification against generators integrated here, by equations written down once more."""
 
 import json

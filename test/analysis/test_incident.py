@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The first unwanted event, and what happened around it."""
 
 from dataclasses import replace

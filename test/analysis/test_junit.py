@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The verdict for CI: whole XML whatever the names hold, a case for each plant."""
 
 from xml.etree import ElementTree

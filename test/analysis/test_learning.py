@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a report says of controllers that learn: values, generators, locking, and warnings."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The verdict on a run that goes on: at every moment that on what was recorded until then."""
 
 import numpy as np

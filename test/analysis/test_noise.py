@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Noise: found where it is and nowhere else, counted by hand, and gone with what is advised."""
 
 import math

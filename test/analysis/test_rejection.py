@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Matching, counting, and the verdict that follows."""
 
 import itertools

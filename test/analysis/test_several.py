@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several plants, several exosystems: each plant judged by its own, and the sums, end to end."""
 
 import json

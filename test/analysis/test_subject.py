@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is judged, derived from scenarios: wiring, names, links, other packages, namespaces."""
 
 import pytest

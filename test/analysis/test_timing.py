@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The timing of recorded signals, from stamps in nanoseconds."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the trains of a run say: of made signals whose answer is known, and of the paper's loop."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures of event trains: by hand, against elephant, and for trains whose statistics are known."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report: its shape to the letter, and its figures against analytic ones."""
 
 import json

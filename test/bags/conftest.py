@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A small writer of MCAP files and of databases that can do what no proper writer does."""
 
 import sqlite3

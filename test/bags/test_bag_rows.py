@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows written at once are the same file as their messages written one by one."""
 
 import pytest

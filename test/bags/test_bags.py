@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags: written and read back to the last bit, killed, cut, broken, foreign."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was changed during a recording: messages as ROS writes them, in bags of both storages."""
 
 import numpy as np

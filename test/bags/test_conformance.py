@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The 154 variants of foxglove's conformance files with ten messages, remade with Float64.
 
 Their names say what a file has: ch chunks, chx a chunk index, mx a message index, pad bytes after

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Damaged bags: no traceback, and no other samples without a word, where there are checksums."""
 
 import importlib.util

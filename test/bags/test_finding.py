@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The codes of findings, and the page that explains them."""
 
 from pathlib import Path

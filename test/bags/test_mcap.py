@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bytes of MCAP files: many messages at a time, large chunks, checksums, and what we write."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Any number in messages of any type, against rosbags' own serialization."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """metadata.yaml of every version, and such as were made to hurt."""
 
 import pytest

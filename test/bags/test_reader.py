@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recordings that go wrong, each in its kind: what is read of them, and what is said."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pages of databases against SQL, damaged ones, and what lies about."""
 
 import sqlite3

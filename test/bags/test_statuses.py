@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Diagnostic statuses in a bag, and when a run came near its delay margin by them."""
 
 import pytest

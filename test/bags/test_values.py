@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two sources in one signal, samples far off all others: found where they are, and nowhere else."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starting ``eventreg run`` as a process, and finding the nodes that it started."""
 
 import os

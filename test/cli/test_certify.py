@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg certify`` says of each shipped scenario what the paper says."""
 
 import json

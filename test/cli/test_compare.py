@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg compare``: bags and scenarios side by side, as a table, JSON, a page, a picture."""
 
 import json

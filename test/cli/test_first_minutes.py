@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """list, new, set, activate, deactivate, --version, and what a typing error gets."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small inputs that would hang, fill the memory or end in a traceback: refused, or answered."""
 
 import json

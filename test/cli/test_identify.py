@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg identify``: from a bag or a scenario to a table, JSON, and a scenario that rejects."""
 
 import json

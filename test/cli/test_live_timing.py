@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which of the nodes' warnings are shown after a run: those that can matter to the verdict."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg run --lockstep``: processes and composed, one hash; and what ends it."""
 
 import json

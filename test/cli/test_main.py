@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command itself: verbs, one-line errors, exit codes, what it imports."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """eventreg node: what it hands on, and what it refuses."""
 
 import sys

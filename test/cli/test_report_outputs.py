@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The files of a report: the same options for simulate and analyze, and which bag is the last."""
 
 import json

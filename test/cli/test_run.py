@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``eventreg run``: processes over DDS, recorded and judged; its errors, deaths and interrupts."""
 
 import json

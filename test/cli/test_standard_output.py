@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where F is -: the file alone on standard output, everything else on standard error."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command sweep: words, JSON, files, and what it refuses."""
 
 import json

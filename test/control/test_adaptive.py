@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The adaptive internal model against equations written out again, and the bits of the fixed."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The predicting controller as a node runs it: the bits of the sampled loop."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Observer and prediction against equations written out again, and what they are there for."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Loops whose generator nobody knows: what a fixed controller loses, and an adaptive one not."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The examples, installed as colcon does it, under a prefix of their own."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The example of a model of one's own: simulated, compiled, certified, in lockstep."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The example of a plant of one's own: twice in lockstep to one hash, and in real time."""
 
 import hashlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How many cases the generated tests try: few in ``make test``, many in ``make fuzz``."""
 
 import os

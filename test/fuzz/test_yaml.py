@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a parameter file means: offline tools and nodes agree, in generated files of many kinds.
 
 The node is the class that runs in ROS, made from a file that goes through rcl; offline is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Models of installed packages: what is wrong with one is an error that names it."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hodgkin-Huxley neurons against their equations, written out again in absolute voltages."""
 
 import numpy as np

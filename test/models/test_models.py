@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The models against the equations of the paper, written out again here, and their symmetry."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A ROS context of its own for each test, in a domain of its own on the loopback."""
 
 import os

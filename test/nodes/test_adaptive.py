@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The controller that learns, as a node: what it publishes, when it learns, what it keeps."""
 
 from functools import partial

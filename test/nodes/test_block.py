@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The block node: what it publishes, when, and what it does with its inputs."""
 
 import math

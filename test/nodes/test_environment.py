@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What of the environment ROS would fail on: refused before it does, with the remedy."""
 
 import pytest

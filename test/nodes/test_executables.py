@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The nodes as processes: arguments, signals, exit codes, and the closed loop over DDS."""
 
 import ast

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a node is given, as people and their tools write it, and what it takes of it."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Three hosts in network namespaces: what their links do to datagrams, and the loop's verdict."""
 
 import functools

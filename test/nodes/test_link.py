@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The link node: what it relays, when, and what it says of it."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lockstep: a deterministic dataflow, bit for bit the sampled simulation."""
 
 from functools import partial

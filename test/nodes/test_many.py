@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Any number of blocks over DDS: banks and robots in lockstep, suffixes, QoS of one topic each."""
 
 from functools import partial

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The stimulus, the spike monitor and the recorder."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Blocks of one's own whose code raises: the node goes through its fault state, and lives on."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Observer, prediction and lead as nodes: in lockstep to the bit, in real time over late links."""
 
 from functools import partial

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """In front of a real plant: outliers, limits, faults, QoS and clocks that do not fit."""
 
 import math

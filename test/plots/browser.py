@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A headless Chromium that tests talk to over a pipe (the DevTools protocol); no package needed."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Axes: round ticks, scales that outliers do not squeeze, labels as people write them."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Charts as HTML: the curves are the signals, marks stand where they belong."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals as lines: broken in gaps, thinned without losing a spike."""
 
 import numpy as np

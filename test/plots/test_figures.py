@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's figures: what is drawn is the data, and the data show what the captions claim."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pages in a headless Chromium: silent, alone, safe, legible at any width, used by keyboard."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pages are legible: contrast in light and dark, lines that differ without colour, paper."""
 
 import itertools

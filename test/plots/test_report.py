@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The HTML report: whole, self-contained, true to the verdict, safe whatever the bag holds."""
 
 import re

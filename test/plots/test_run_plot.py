@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run as a picture: its data, one scale for all panels, and a legend that covers nothing."""
 
 from io import BytesIO

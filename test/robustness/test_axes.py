@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What may follow -p in a sweep, and the values that it means."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Borders found by refining, against the whole grid."""
 
 from itertools import pairwise

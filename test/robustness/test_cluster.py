@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A sweep on a Dask cluster of processes, one of which dies, against the same sweep here."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs in lanes against runs one by one: the same rows, to the last bit."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sets of a plan: the quick way and the slow one, and both against simulate."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sweeps that are kept: stopped and gone on with, refused, read again."""
 
 import json

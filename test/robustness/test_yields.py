@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Yields and searches against what is known of them."""
 
 import math

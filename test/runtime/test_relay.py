@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The wire: what it delays, loses, doubles and reorders, against the binomial law and by hand."""
 
 import math

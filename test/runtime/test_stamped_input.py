@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples by time stamp: which one a step uses, and what is counted."""
 
 import math

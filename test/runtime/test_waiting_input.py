@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples that come ahead of their time: what a step plays, and what came too late."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The numbers that a verdict rests on: their defaults and their rules."""
 
 import dataclasses

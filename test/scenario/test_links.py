@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Links on signals: what the scenario becomes, what is refused, and what launch makes of it."""
 
 import importlib.util

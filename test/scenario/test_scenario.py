@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scenario: shipped files against the paper, the YAML that ROS reads, overrides, errors."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A domain of its own for every run on this machine.
 
 The tests take ids below 0, which no run uses: the ports that belong to them are nobody's.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is identified from bags and scenarios, and the scenarios that come of it."""
 
 import numpy as np

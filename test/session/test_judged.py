@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whatever the library returns for a run is compared and judged alike."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run from Python: what it leaves as it was, and where it may be called."""
 
 import os

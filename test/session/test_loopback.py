@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run keeps to the loopback: seen from another host, there is nothing, unless it is opened."""
 
 import functools

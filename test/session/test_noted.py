@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nodes warned of becomes findings in the run's model time."""
 
 from types import SimpleNamespace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Child processes: started, watched, ended, never left behind."""
 
 import os

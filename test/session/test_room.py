@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run looks first: in a domain where its nodes live already it starts nothing."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who runs here: announced while it goes on, forgotten when it was killed."""
 
 import json

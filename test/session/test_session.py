@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a session does when nodes die: said with fake processes, without ROS."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Any number of blocks: several generators and controllers on one plant, several plants, robots."""
 
 import numpy as np

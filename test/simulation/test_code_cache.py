@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Machine code that is kept: found again, never the wrong one, and never in the way."""
 
 import os

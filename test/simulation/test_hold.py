@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 import pytest
 
 from eventreg_ros.simulation.hold import HORIZON, drive, horizon_in_steps, line

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A model whose arithmetic fails on the way: an error in words, sampled and continuous."""
 
 import math

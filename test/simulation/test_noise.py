@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """White noise on every sample of what the plants publish: its size, its place, its seed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is done to a loop while it runs: to the same bits by hand, and as one continuous system."""
 
 from dataclasses import replace

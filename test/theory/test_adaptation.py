@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What certify says of a controller that learns, and of its gain k."""
 
 import pytest

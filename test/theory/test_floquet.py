@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Multipliers against eigenvalues, against a monodromy by differences, against averaging."""
 
 from dataclasses import replace

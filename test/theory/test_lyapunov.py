@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Exponents against eigenvalues, known values, and the distance of two real trajectories."""
 
 import math

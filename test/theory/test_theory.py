@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The theory against matrices, grids of states and integrations that do not use it."""
 
 import numpy as np

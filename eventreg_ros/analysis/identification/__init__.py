@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which generator made a recorded spike train; see :mod:`.identify`."""
 
 from .identify import (

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fit of one generator in antiphase, which moves as one uncoupled neuron."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a recording shows a periodic spike train at all, and what its period is.
 
 Everything here looks at the apparent disturbance: w itself where it was recorded, else the w that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a recording shows k: only while the generator's two neurons are out of antiphase.
 
 In antiphase the coupling cancels, so w does not depend on k at all. A generator that was recorded

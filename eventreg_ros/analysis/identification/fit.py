@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Least squares for identification: from a coarse start to the last digit, and how sure it is."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which generator made a recorded spike train: its tau, and its k where that can be known.
 
 A generator is the paper's exosystem, an oscillator of two neurons. Its signal is compared with the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A block over the whole recording, step by step: plain Python, or compiled where that pays."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is unknown of generators, plant and sensor, as one vector.
 
 In this order: ln tau of each generator; ln k of the only one, unless it is taken to be in

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several generators in one signal: where the fit of all of them starts.
 
 Each tau has one periodic orbit, so one template; what is left open is its phase. Templates are

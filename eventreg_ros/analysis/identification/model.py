@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The forward model: generators, seen directly or through a plant, at the recorded times."""
 
 from __future__ import annotations

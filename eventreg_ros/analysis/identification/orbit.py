@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The periodic orbit of a generator in antiphase."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recorded signal, cleaned, with what is known of how it came about."""
 
 from __future__ import annotations

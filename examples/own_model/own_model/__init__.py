@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A neuron model of one's own: the Van der Pol oscillator as generator and internal model."""
 
 from __future__ import annotations

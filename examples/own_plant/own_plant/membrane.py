@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A leaky membrane: C y' = gain (w - u) - y, a resistor and a capacitor instead of a neuron."""
 
 from __future__ import annotations
