@@ -150,7 +150,8 @@ def settings() -> Iterator[tuple[str, float, float, bool]]:
 
 def table(cases: int, seed: int) -> None:
     """Print errors, coverage and times; coverage should be 90 to 99 % where there is noise."""
-    print('| recording | every | noise | median error | limit | coverage | k | CPU s | slowest |')
+    head = 'recording | every | noise | median error | required | coverage | k | CPU s | slowest'
+    print(f'| {head} |')
     print('|---|---:|---:|---:|---:|---:|---:|---:|---:|')
     for way, every, sd, antiphase in settings():
         row = measure(way, every, sd, antiphase, cases, seed)

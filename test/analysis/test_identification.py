@@ -256,7 +256,7 @@ NOISE = np.random.default_rng(4).standard_normal(len(T))
         (0.3 * NOISE, 'shows no spikes'),
         (3.0 * NOISE, 'not periodic: .* vary from'),
         (2.0 * np.sin(T / 8.0 * (1.0 + T / 400.0)), 'not periodic: .* vary from'),
-        (2.0 * np.sin(T / 50.0), r'2 spikes up and 1 down in 399\.5 .* two of each'),
+        (2.0 * np.sin(T / 90.0), r'1 spike up and 1 down in 399\.5 .* two of the one and one'),
         (2.0 * np.sin(T / 6.0), r'repeats after 37\.7 of .* not what a generator makes'),
         (2.0 * np.sign(np.sin(T / 6.0)), r'repeats after 37\.\d* of .* not what a generator makes'),
     ],

@@ -30,7 +30,8 @@ PART = 0.3
 """A spike rises through this part of the height after having been below minus that."""
 
 BEGINNING = 4
-"""Intervals from which on the first one, up and down, is left out: it may be transient."""
+"""Intervals from which on the first one, up and down, is left out, for it may be transient, and the
+others must be even. With fewer, the fit shows whether it is a generator."""
 
 PER_PERIOD = 8
 """Samples a period, at least."""
@@ -109,17 +110,19 @@ def _period(name: str, t: Array, w: Array, every: float, generators: int) -> flo
         )
     spikes = [np.array(detect(t, sign * w, PART * high, -PART * high)) for sign in (1.0, -1.0)]
     up, down = (len(times) for times in spikes)
-    if up < 2 or down < 2:
+    if up + down < 3 or max(up, down) < 2:
         raise EventregError(
-            f'{name} has {up} spikes up and {down} down in {t[-1]:.4g} of model time: too few '
-            f'periods; two of each are needed, record longer'
+            f'{name} has {up} spike{"s" * (up != 1)} up and {down} down in {t[-1]:.4g} of model '
+            f'time: too few periods; two of the one and one of the other are needed, record longer'
         )
     _check_samples(name, every, float(np.median(np.concatenate([np.diff(s) for s in spikes]))))
     intervals = np.concatenate([_without_gaps(times, t) for times in spikes])
-    if len(intervals) >= BEGINNING:
-        intervals = np.concatenate([_without_gaps(times[1:], t) for times in spikes])
     if not len(intervals):
         raise EventregError(f'{name} has no two spikes without a gap between; record it whole')
+    if len(intervals) < BEGINNING:  # what is made up at the beginning makes them shorter
+        return float(intervals.max())
+    later = np.concatenate([_without_gaps(times[1:], t) for times in spikes])
+    intervals = later if len(later) else intervals
     if generators == 1:
         _check_even(name, intervals)
     return float(np.median(intervals))

@@ -28,6 +28,9 @@ EVALUATIONS = 25
 MISFIT = 0.2
 """Root mean square of what remains, noise apart, from which on it is not a generator's signal."""
 
+CLEARLY = 3.0
+"""Standard deviations that correlation must show by."""
+
 CLUSTER = 5.0
 """Model time over which residuals may be correlated."""
 
@@ -84,8 +87,9 @@ class Fit:
         """Return the standard deviation of each of the unknowns, shape (size,); inf if free.
 
         The largest of three estimates: for white noise; for noise that is stronger at some samples
-        than at others, as jitter of the stamps makes it; for noise that is correlated over
-        :data:`CLUSTER` of model time. To that adds :attr:`shift`.
+        than at others, as jitter of the stamps makes it; and, where the residuals are clearly
+        correlated, for noise that is so over :data:`CLUSTER` of model time. To that adds
+        :attr:`shift`.
         """
         scale = np.linalg.norm(self.jacobian, axis=0)
         scale[scale == 0.0] = 1.0
@@ -95,16 +99,23 @@ class Fit:
         inverse = (v[sure].T / s[sure] ** 2) @ v[sure]
         white = self.squares / self.free * inverse
         each = j * self.residual[:, None]
-        cells = self._cells
-        cluster = np.zeros((cells.max() + 1, j.shape[1]))
-        np.add.at(cluster, cells, each)
         found = [np.diag(white)]
-        for rows in (each, cluster):
+        for rows in (each, *self._clusters(each)):
             found.append(np.sum((rows @ inverse) ** 2, axis=0) * len(self.t) / self.free)
         deviation: Array = np.hypot(np.sqrt(np.max(found, axis=0)) / scale, self.shift)
         lost = (v[~sure] ** 2).sum(axis=0) > 1e-6
         deviation[lost] = np.inf
         return deviation
+
+    def _clusters(self, each: Array) -> list[Array]:
+        """Return the sums of ``each`` over cells of CLUSTER, nothing if they seem uncorrelated."""
+        cells = self._cells
+        count = int(cells.max()) + 1
+        if self.repetition < 1.0 + CLEARLY * np.sqrt(2.0 / count):
+            return []
+        sums = np.zeros((count, each.shape[1]))
+        np.add.at(sums, cells, each)
+        return [sums]
 
 
 def solve(recorded: Recorded, layout: Layout, start: Array, windows: Sequence[float]) -> Fit:
