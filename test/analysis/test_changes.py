@@ -53,7 +53,7 @@ def test_in_words():
 
 
 def test_a_simulation_reports_what_was_asked_for():
-    at = ['20:controller.k:=3', '30:plant:deactivate', '90:plant:activate']
+    at = ['20:controller.k:=3', '30:plant:deactivate']
     run = simulate(load('exact'), 60.0, sampled=True, at=at)
     assert run.report.changes == (
         Change(20.0, 'controller', 'k:=3'), Change(30.0, 'plant', 'deactivate'),

@@ -40,7 +40,7 @@ def write(tmp_path):
         ('pulses', [], 'jumps 4e+07 times within 20 (model time)'),
         ('zero', [], "got '/dev/zero': it is a device; give a regular file"),
         ('fifo', ['--sampled'], 'it is a pipe; give a regular file'),
-        ('onsets', [], 'a list of at most 10000 finite numbers, got [1.0, 1.0'),
+        ('onsets', [], 'a list of more than 10000 entries'),
     ],
 )
 def test_a_hostile_stimulus_is_refused(write, refused, stimulus, more, words):
@@ -52,7 +52,7 @@ def test_a_hostile_stimulus_is_refused(write, refused, stimulus, more, words):
 @pytest.mark.parametrize(
     ('plant', 'words'),
     [
-        (f'x0: [{", ".join(["1.0"] * 100_000)}]', '(100000 entries)'),
+        (f'x0: [{", ".join(["1.0"] * 100_000)}]', 'a list of more than 10000 entries'),
         (f'inhibitory: [{", ".join(f"s{i}" for i in range(300))}]', 'at most 256 strings'),
         ('time_scale: 1.0e-300', 'plant.time_scale must be a finite number >= 1e-09 and <= 1e+09'),
         (f'x{"y" * 900}: 1', 'plant has no parameter'),
