@@ -37,8 +37,8 @@ SILENCE = 10.0
 LONG = 0.5
 """Seconds that pass between two looks at most; what is more was a stop of our own."""
 
-PATIENCE = 2.0
-"""Seconds within which a signal is looked at, but for the worst."""
+UNHEEDED = 2.0
+"""Seconds for which a signal may wait to be looked at; then a second one breaks in at once."""
 
 FIRST_STEP = 30.0
 """Seconds within which all nodes must have made their first sample in lockstep."""
@@ -83,7 +83,7 @@ class Interruption:
         now = time.monotonic()
         if self._noted is None:
             self._noted = now
-        elif now - self._noted > PATIENCE:
+        elif now - self._noted > UNHEEDED:
             raise InterruptError
 
     def look(self) -> None:
