@@ -27,8 +27,9 @@ from eventreg_ros.analysis.recorded import analyze
 from eventreg_ros.analysis.report_json import as_json
 from eventreg_ros.errors import EventregError
 from eventreg_ros.runtime.relay import Impairment
+from eventreg_ros.session.observer import Observer
 from eventreg_ros.session.processes import Processes
-from eventreg_ros.session.session import Observer, Session
+from eventreg_ros.session.session import Session
 
 BLOCKS = ('exosystem', 'plant', 'controller')
 """The hosts, by the block that runs there; the last one records and analyses."""

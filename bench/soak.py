@@ -15,7 +15,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from eventreg_ros import scenario as scenarios
-from eventreg_ros.session.session import Observer, Session
+from eventreg_ros.session.observer import Observer
+from eventreg_ros.session.session import Session
 
 GROWTH = 2.0
 """MiB per hour that a process may grow."""

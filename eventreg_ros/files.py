@@ -80,7 +80,8 @@ def scratch_directory() -> Iterator[Path]:
 
     Its name has the id of this process.
     """
-    _remove_dead()
+    for dead in dead_scratch():
+        shutil.rmtree(dead, ignore_errors=True)
     path = Path(tempfile.mkdtemp(prefix=scratch_prefix()))
     try:
         yield path
@@ -93,15 +94,15 @@ def scratch_prefix() -> str:
     return f'{SCRATCH}{os.getpid()}_'
 
 
-def _remove_dead() -> None:
-    """Remove this user's scratch directories whose process is gone."""
+def dead_scratch() -> Iterator[Path]:
+    """Yield this user's scratch directories whose process is gone."""
     for path in Path(tempfile.gettempdir()).glob(f'{SCRATCH}*_*'):
         with contextlib.suppress(OSError, ValueError):
             pid = int(path.name.removeprefix(SCRATCH).partition('_')[0])
             status = path.lstat()
             ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
             if ours and not _is_alive(pid):
-                shutil.rmtree(path, ignore_errors=True)
+                yield path
 
 
 def _is_alive(pid: int) -> bool:

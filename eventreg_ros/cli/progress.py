@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Mapping
 
-from ..session.session import Observer
+from ..session.observer import Observer
 
 
 class Terminal(Observer):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import nullcontext
 from types import TracebackType
 from typing import Any
 
@@ -64,13 +65,13 @@ class Client:
     ) -> None:
         self.alive = alive
         self._nodes = {f'/{node}' for node in nodes}
-        self._environment = environment or {}
+        self._environment = environment
         self._context = Context()
 
     def __enter__(self) -> Client:
         try:
             # The command handles its signals itself.
-            with reaching(self._environment):
+            with nullcontext() if self._environment is None else reaching(self._environment):
                 self._context.init(args=['--ros-args', '--log-level', 'WARN'])
                 self._node = rclpy.create_node(NAME, context=self._context)
         except RCLError as error:

@@ -15,6 +15,9 @@ DOMAINS = range(1, 100)
 """Domain ids whose ports lie below Linux's ephemeral ones."""
 
 
+REACH = ('ROS_', 'RMW_', 'FASTDDS_', 'FASTRTPS_', 'CYCLONEDDS_', 'SKIP_DEFAULT_XML')
+"""Environment variables that decide whom a process can reach begin with one of these."""
+
 FIRST_PORT, PORTS = 7400, 250
 
 
@@ -82,17 +85,17 @@ def _has_loopback() -> bool:
 
 @contextmanager
 def reaching(environment: Mapping[str, str]) -> Iterator[None]:
-    """Put ``environment`` into that of this process, and put back what was there in the end."""
-    before = {name: os.environ.get(name) for name in environment}
-    os.environ.update(environment)
+    """Let this process reach whom ``environment`` does, and put back what was there in the end."""
+    before = dict(os.environ)
+    for name in [name for name in before if name.startswith(REACH)]:
+        del os.environ[name]
+    os.environ.update({n: value for n, value in environment.items() if n.startswith(REACH)})
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        for name in [name for name in os.environ if name.startswith(REACH)]:
+            del os.environ[name]
+        os.environ.update({n: value for n, value in before.items() if n.startswith(REACH)})
 
 
 def _hold(domain: int) -> socket.socket | None:

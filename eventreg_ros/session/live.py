@@ -20,7 +20,8 @@ from ..scenario.interventions import need_before, read_all
 from ..simulation.trajectory import Array
 from .bag import Recorded
 from .judged import Judged
-from .session import Observer, Session
+from .observer import Observer
+from .session import Session
 
 NODE_WARNING = 'node-warning'
 """The code of what a node warned of during a run."""

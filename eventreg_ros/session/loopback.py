@@ -119,3 +119,10 @@ def _profiles_of(environment: Mapping[str, str]) -> str | None:
         if environment.get(name):
             return f'{name}={environment[name]}'
     return str(HERE) if HERE.exists() and environment.get('SKIP_DEFAULT_XML') != '1' else None
+
+
+def address(environment: Mapping[str, str]) -> str:
+    """Return what another terminal exports to see the nodes."""
+    pinned = environment[RANGE] == 'SYSTEM_DEFAULT'
+    seen = 'LOCALHOST' if pinned else environment[RANGE]
+    return f'ROS_DOMAIN_ID={environment["ROS_DOMAIN_ID"]} {RANGE}={seen}'

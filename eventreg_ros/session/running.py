@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -16,9 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import EventregError
-
-REACH = ('ROS_', 'RMW_', 'FASTDDS_', 'FASTRTPS_', 'CYCLONEDDS_')
-"""Environment variables that decide whom a process can reach begin with one of these."""
+from .domain import REACH
 
 
 class Running(NamedTuple):
@@ -45,22 +44,27 @@ def announced(
 ) -> Iterator[None]:
     """Announce the run of this process until the block ends; where that cannot be, go on."""
     reach = {name: value for name, value in environment.items() if name.startswith(REACH)}
-    file = _home() / f'{os.getpid()}.json'
+    home = _home()
+    file = home / f'{os.getpid()}.json'
     data = {'scenario': scenario, 'nodes': list(nodes), 'environment': reach}
     with suppress(OSError):
-        file.parent.mkdir(mode=0o700, exist_ok=True)
-        file.write_text(json.dumps(data), encoding='utf-8')
+        home.mkdir(mode=0o700, exist_ok=True)
+        if _is_private(home):
+            file.write_text(json.dumps(data), encoding='utf-8')
     try:
         yield
     finally:
         with suppress(OSError):
             file.unlink()
+            home.rmdir()
 
 
 def runs() -> list[Running]:
     """Return the active runs, the oldest first."""
     found = []
     with suppress(OSError):
+        if not _is_private(_home()):
+            return []
         for file in sorted(_home().glob('*.json'), key=lambda f: f.stat().st_mtime):
             if (run := _read(file)) is not None:
                 found.append(run)
@@ -91,6 +95,14 @@ def of_domain(domain: str) -> str:
 
 def _home() -> Path:
     return Path(tempfile.gettempdir()) / f'eventreg_runs_{os.getuid()}'
+
+
+def _is_private(home: Path) -> bool:
+    """Say whether nobody else could have put files there: they say whom to reach, and how."""
+    status = home.lstat()
+    return (
+        stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o22
+    )
 
 
 def _read(file: Path) -> Running | None:

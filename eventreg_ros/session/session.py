@@ -4,24 +4,23 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import interrupts
 from ..errors import EventregError
 from ..files import scratch_directory
 from ..nodes.environment import domain_of
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
+from . import shared_memory
 from .domain import is_inhabited, own_domain
 from .executables import executable_of, package_and_executable
-from .loopback import RANGE, Reach, closed, opened
+from .interruption import InterruptError, Interruption, handling, uninterrupted
+from .loopback import Reach, address, closed, opened
 from .noted import Noted
+from .observer import Observer
 from .processes import Processes, node_command
 from .running import announced
 
@@ -37,9 +36,6 @@ SILENCE = 10.0
 LONG = 0.5
 """Seconds that pass between two looks at most; what is more was a stop of our own."""
 
-UNHEEDED = 2.0
-"""Seconds for which a signal may wait to be looked at; then a second one breaks in at once."""
-
 FIRST_STEP = 30.0
 """Seconds within which all nodes must have made their first sample in lockstep."""
 
@@ -51,45 +47,6 @@ GRACE = 1.0
 
 FIRST, LAST = ('recorder', 'spike_monitor'), ('clock',)
 """Nodes that are activated before and after the others."""
-
-
-class Observer:
-    """Hears what happens in a run; this one keeps silent."""
-
-    def began(self, line: str) -> None:
-        """Take the nodes and the domain, in words, before they are started."""
-
-    def warned(self, line: str) -> None:
-        """Take what a person should know while the run goes on."""
-
-    def progressed(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
-        """Take the seconds that have passed of the run, and the events counted so far."""
-
-
-class InterruptError(Exception):
-    """SIGINT, SIGTERM or SIGHUP: stop early, and judge what was recorded."""
-
-
-class Interruption:
-    """Notes a signal until somebody looks: an exception out of nowhere could be lost in a callback.
-
-    If nobody has looked for a while, a further signal raises InterruptError there and then.
-    """
-
-    _noted: float | None = None
-
-    def __call__(self, number: int, frame: object) -> None:
-        """Handle a signal."""
-        now = time.monotonic()
-        if self._noted is None:
-            self._noted = now
-        elif now - self._noted > UNHEEDED:
-            raise InterruptError
-
-    def look(self) -> None:
-        """Raise InterruptError when there was a signal."""
-        if self._noted is not None:
-            raise InterruptError
 
 
 class Session:
@@ -141,15 +98,15 @@ class Session:
         """
         self._refuse_composed_foreign()
         named = bool(os.environ.get('ROS_DOMAIN_ID'))
+        shared_memory.sweep()
         try:
             with (
                 scratch_directory() as scratch,
-                _handling(self._interruption),
+                handling(self._interruption),
                 own_domain(os.environ) as environment,
             ):
                 reach = opened(environment) if self.network else closed(environment, scratch)
-                with _environment(reach.client):
-                    self._within(scratch, reach, named)
+                self._within(scratch, reach, named)
         except InterruptError:
             if not self.started:
                 self.observer.warned('interrupted before it began; nothing recorded')
@@ -179,7 +136,7 @@ class Session:
         from .client import Client
 
         self.observer.began(
-            f'{self.scenario.name}: {", ".join(whole.nodes)} on {_address(reach.client)}'
+            f'{self.scenario.name}: {", ".join(whole.nodes)} on {address(reach.client)}'
         )
         for note in reach.notes:
             self.observer.warned(note)
@@ -187,8 +144,9 @@ class Session:
         self._interruption.look()
         domain = domain_of(reach.client)
         look = named and (self.network or is_inhabited(domain))
+        self._memory = shared_memory.Notes(scratch, domain)
         try:
-            with Client(self._go_on, nodes) as client:
+            with Client(self._go_on, nodes, reach.client) as client:
                 if look:
                     client.need_room(nodes, list(whole.publishers))
                 self._start(whole, parameters, reach.nodes)
@@ -198,6 +156,7 @@ class Session:
             with uninterrupted():
                 self.processes.stop(['recorder'])  # first, so that the bag ends with all signals
                 self.processes.stop()
+                shared_memory.remove_noted(scratch)
 
     def _start(self, scenario: Scenario, parameters: Path, environment: dict[str, str]) -> None:
         arguments = ['--params-file', str(parameters), '-p', 'autostart:=false']
@@ -213,8 +172,12 @@ class Session:
     def _go_on(self) -> None:
         """Raise an error when waiting makes no sense any more."""
         self._interruption.look()
+        self._note_memory(every=0.3)
         for node in self.processes.look():
             raise EventregError(f'{node} {self.processes.died[node]} before the run began')
+
+    def _note_memory(self, every: float = 0.0) -> None:
+        self._memory.take((each.pid for each in self.processes.running.values()), every)
 
     def _conduct(self, client: Client, whole: Scenario) -> None:
         from .client import ACTIVATE, CONFIGURE, expected_matches
@@ -223,6 +186,7 @@ class Session:
         client.watch(whole.nodes['spike_monitor']['signals'])
         client.transition(nodes, CONFIGURE)
         client.wait_matched(expected_matches(whole), 30.0)
+        self._note_memory()
         if self.lockstep:
             elapsed = self._step_clock(client, whole)
         else:
@@ -359,47 +323,3 @@ def _named(node: str) -> list[str]:
     if namespace:
         rules += [f'__ns:=/{namespace}', *SHARED]
     return [word for rule in rules for word in ('-r', rule)]
-
-
-def _address(environment: Mapping[str, str]) -> str:
-    """Return what another terminal exports to see the nodes."""
-    pinned = environment[RANGE] == 'SYSTEM_DEFAULT'
-    seen = 'LOCALHOST' if pinned else environment[RANGE]
-    return f'ROS_DOMAIN_ID={environment["ROS_DOMAIN_ID"]} {RANGE}={seen}'
-
-
-@contextmanager
-def _environment(environment: Mapping[str, str]) -> Iterator[None]:
-    """Give this process, whose client is a participant, too, ``environment`` until the end."""
-    before = dict(os.environ)
-    try:
-        _replace(environment)
-        yield
-    finally:
-        _replace(before)
-
-
-def _replace(environment: Mapping[str, str]) -> None:
-    for name in set(os.environ) - set(environment):
-        del os.environ[name]
-    os.environ.update(environment)
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Let nothing stop the stopping."""
-    with _handling(signal.SIG_IGN):
-        yield
-
-
-@contextmanager
-def _handling(handler: interrupts.Handler) -> Iterator[None]:
-    """Handle the signals so, where they can be: Python handles signals in the main thread."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = interrupts.handle(handler)
-    try:
-        yield
-    finally:
-        interrupts.restore(before)

@@ -95,13 +95,17 @@ def test_the_ports_of_every_domain_lie_below_the_ephemeral_ones():
     assert max(7400 + 250 * d + 10 + 2 * 119 for d in DOMAINS) < 32768
 
 
-def test_the_environment_of_this_process_is_put_back(monkeypatch):
-    monkeypatch.setenv('EVENTREG_A', '1')
-    monkeypatch.delenv('EVENTREG_B', raising=False)
+def test_a_process_reaches_whom_it_is_told_and_then_whom_it_did(monkeypatch):
+    monkeypatch.setenv('ROS_DOMAIN_ID', '1')
+    monkeypatch.setenv('ROS_STATIC_PEERS', 'a')
+    monkeypatch.delenv('FASTRTPS_DEFAULT_PROFILES_FILE', raising=False)
     before = dict(os.environ)
-    with reaching({'EVENTREG_A': '2', 'EVENTREG_B': '3'}):
-        assert (os.environ['EVENTREG_A'], os.environ['EVENTREG_B']) == ('2', '3')
+    given = {'ROS_DOMAIN_ID': '2', 'FASTRTPS_DEFAULT_PROFILES_FILE': 'x.xml', 'HOME': 'other'}
+    with reaching(given):
+        assert 'ROS_STATIC_PEERS' not in os.environ
+        changed = {name: value for name, value in os.environ.items() if before.get(name) != value}
+        assert changed == {name: given[name] for name in given if name != 'HOME'}
     assert dict(os.environ) == before
-    with pytest.raises(ZeroDivisionError), reaching({'EVENTREG_A': '2', 'EVENTREG_B': '3'}):
+    with pytest.raises(ZeroDivisionError), reaching(given):
         raise ZeroDivisionError
     assert dict(os.environ) == before

@@ -55,3 +55,16 @@ def test_the_run_of_a_domain_is_named():
     with announced('exact', ('plant',), ENVIRONMENT):
         assert of_domain('7') == 'exact on ROS_DOMAIN_ID=7'
         assert of_domain('8') == 'ROS_DOMAIN_ID=8'
+
+
+def test_a_directory_that_others_may_write_to_is_not_believed(tmp_path):
+    home = tmp_path / f'eventreg_runs_{os.getuid()}'
+    home.mkdir()
+    with announced('exact', ('plant',), ENVIRONMENT):
+        (text,) = (file.read_text() for file in home.iterdir())
+    home.mkdir()
+    home.chmod(0o777)
+    (home / f'{os.getpid()}.json').write_text(text)
+    assert runs() == []
+    with announced('exact', ('plant',), ENVIRONMENT):
+        assert [file.read_text() for file in home.iterdir()] == [text]  # not written to either

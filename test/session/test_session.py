@@ -7,7 +7,8 @@ import pytest
 
 from eventreg_ros import scenario as scenarios
 from eventreg_ros.scenario.interventions import read_all
-from eventreg_ros.session.session import Observer, Session
+from eventreg_ros.session.observer import Observer
+from eventreg_ros.session.session import Session
 
 
 class Heard(Observer):
