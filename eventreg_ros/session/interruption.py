@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals while a run goes on: noted, looked at, and kept out of its end."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who hears what happens in a run."""
 
 from __future__ import annotations

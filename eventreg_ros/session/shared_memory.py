@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What Fast DDS leaves in shared memory when a node is killed, and how it goes.
 
 Nodes talk through files in /dev/shm. One that ends removes its own; one that is killed cannot. So a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files in shared memory: those of living processes stay, those that only the dead had go."""
 
 import mmap
