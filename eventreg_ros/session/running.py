@@ -56,6 +56,7 @@ def announced(
     finally:
         with suppress(OSError):
             file.unlink()
+            runs()  # which removes those of runs that were killed
             home.rmdir()
 
 
