@@ -2,6 +2,7 @@
 """What tests of several parts share: signals with known events, bags of them, the command."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,14 @@ from eventreg_ros.bags.writer import write_bag
 from eventreg_ros.cli.main import main
 
 ROOT = Path(__file__).resolve().parent.parent
+
+# Under nohup, or in the background of a script, some are ignored, also by what the tests start.
+for number, handler in (
+    (signal.SIGHUP, signal.SIG_DFL),
+    (signal.SIGINT, signal.default_int_handler),
+):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, handler)
 
 SCENARIO = """\
 exosystem:

@@ -218,8 +218,12 @@ PYTHON = [name for name, text in TEXTS.items() if blocks(text, 'python')]
 @pytest.mark.parametrize('page', PYTHON)
 def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    python = blocks(TEXTS[page], 'python')
+    for words in commands(TEXTS[page]):
+        if '--out' in words and f"'{words[words.index('--out') + 1]}/" in '\n'.join(python):
+            assert main(words) == 0
     names, missing = {}, []
-    for block in blocks(TEXTS[page], 'python'):
+    for block in python:
         if re.search("'[A-Z]+'", block):
             continue  # it names what only the reader has: 'BAG'
         try:
