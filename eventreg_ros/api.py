@@ -229,10 +229,11 @@ def sweep(
 
     ``parameters`` maps NODE.PARAM to what follows := on a command line, '0.5..4/50' or '2~10%'
     (:mod:`.robustness.axes`), to a list of values, or to one value, which is fixed; ``links.delay``
-    and the like are of all links, or those of the signals ``on``. With ``sets`` so many are drawn
-    by ``seed``, ``sampling`` being 'random', 'sobol' or 'saltelli'; without it is a grid. ``out``
-    is a directory that keeps the table, and from which a sweep that was stopped goes on. With
-    ``engine`` 'dask' it runs on the cluster at ``scheduler``. Raises EventregError.
+    and the like are of all links, or those of the signals ``on``, and ``noise.y`` is of y. With
+    ``sets`` so many are drawn by ``seed``, ``sampling`` being 'random', 'sobol' or 'saltelli';
+    without it is a grid. ``out`` is a directory that keeps the table, and from which a sweep that
+    was stopped goes on. With ``engine`` 'dask' it runs on the cluster at ``scheduler``. Raises
+    EventregError.
 
     >>> sweep('exact', {'controller.k': [1, 2, 3]}).rejected
     3

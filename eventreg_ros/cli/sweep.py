@@ -3,9 +3,9 @@
 
 ``-p NODE.PARAM:=SPEC`` varies a parameter (:mod:`..robustness.axes` says how), ``-p
 NODE.PARAM:=VALUE`` fixes one; ``links`` in the place of a node are all links, as --delay, --loss,
---jitter and --seed of ``eventreg simulate``. The table has a row per set; its columns beyond the
-contract's are ``peak``, ``settling``, ``latency`` (:data:`..robustness.outcome.ROW`) and
-``reason``, why a set has no verdict.
+--jitter and --seed of ``eventreg simulate``; ``noise.SIGNAL`` is its --noise. The table has a row
+per set; its columns beyond the contract's are ``peak``, ``settling``, ``latency``
+(:data:`..robustness.outcome.ROW`) and ``reason``, why a set has no verdict.
 
 ``--json F`` writes ``{"parameters", "sets", "rejected", "not_rejected", "undecided", "bad",
 "seconds", "out"}``, with ``--sets`` also ``"yield": {"share", "low", "high"}`` (Wilson, 95 %), with
@@ -230,7 +230,9 @@ def _shown(plan: Plan, values: Sequence[Any]) -> Shown:
     from ..simulation.sampled import simulate_sampled
 
     sets = Sets(plan)
-    run = simulate_sampled(sets.scenario(values).loop, plan.duration, sets.impairment(values))
+    links, noise = sets.imperfections(values)
+    loop = sets.scenario(values).loop
+    run = simulate_sampled(loop, plan.duration, links, noise=noise)
     signals = {signal: Signal(run.t, x) for signal, x in run.signals.items()}
     found = {s: detect(t, x, *plan.subject.criteria.detector) for s, (t, x) in signals.items()}
     return Shown('worst', signals, found)

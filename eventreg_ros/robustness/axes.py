@@ -8,7 +8,8 @@
 VALUE may be a fraction, and A and B both (1/25..1/6, 1/25..1/6/20).
 
 The last three are laws: they need a number of sets. ``links`` in the place of a node are all links
-of the loop (``links.delay``, ``links.jitter`` in model time, ``links.loss``, ``links.seed``).
+of the loop (``links.delay``, ``links.jitter`` in model time, ``links.loss``, ``links.seed``);
+``noise.y`` is the standard deviation of white noise on every sample of the plant's output y.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError
+from ..errors import ParameterError, shown
 from ..scenario.hint import hint
 from ..scenario.reader import Override, typed
 
@@ -30,6 +31,9 @@ Array = npt.NDArray[Any]
 
 LINKS = 'links'
 OF_LINKS = ('delay', 'loss', 'jitter', 'seed')
+NOISE = 'noise'
+OF_RUN = (LINKS, NOISE)
+"""What stands in the place of a node and is none."""
 
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
 _FRACTION = r'[-+]?\d+/\d+'
@@ -43,7 +47,8 @@ _NAME = re.compile(r'(/\*\*|[^.:\s]+)\.([^:\s[\]]+)(?:\[(\d+)\])?')
 class Axis:
     """One parameter that is varied.
 
-    ``node`` may be ``/**`` or :data:`LINKS`; ``index`` is the place in a list, None for a number.
+    ``node`` may be ``/**`` or one of :data:`OF_RUN`; ``index`` is the place in a list, None for a
+    number. ``fixed``: one value that was given as such.
     ``values`` are those of a grid; without them a law maps numbers from 0 to 1 to ``low`` to
     ``high``, or around ``low`` with the standard deviation ``spread``.
     """
@@ -57,6 +62,12 @@ class Axis:
     high: float = 0.0
     log: bool = False
     spread: float | None = None
+    fixed: bool = False
+
+    @property
+    def of_run(self) -> bool:
+        """Whether it is no parameter of a node."""
+        return self.node in OF_RUN
 
     @property
     def is_law(self) -> bool:
@@ -112,10 +123,14 @@ def _axis(name: str, spec: str, text: str) -> Axis | None:
     node = node if node == '/**' else node.strip('/')
     if node == LINKS and parameter not in OF_LINKS:
         raise ParameterError(f'-p {text}: links have no {parameter!r}{hint(parameter, OF_LINKS)}')
+    if node in OF_RUN and index is not None:
+        raise ParameterError(f'-p {text}: {node}.{parameter} is one number; leave out [{index}]')
     place = None if index is None else int(index)
     values = _values(spec, text)
-    if values is None and (node == LINKS or place is not None):
-        values = {'values': (_word(spec, text),)}
+    if values is None and (node in OF_RUN or place is not None):
+        values = {'values': (_word(spec, text),), 'fixed': True}
+    if node in OF_RUN and not all(isinstance(v, float) for v in (values or {}).get('values', ())):
+        raise ParameterError(f'-p {text}: {node}.{parameter} is a number, got {shown(spec)}')
     return None if values is None else Axis(name, node, parameter, place, **values)
 
 

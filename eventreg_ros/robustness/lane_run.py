@@ -21,6 +21,7 @@ from ..simulation.lanes import Course, Lanes, Links, Start, structure_of
 from ..simulation.lanes_source import COMMON, LANES, PERFECT, SCATTERED
 from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps, model_times
+from ..simulation.noise import SILENCE, Noise, draws
 from ..simulation.sampled import Waveform
 from ..simulation.trajectory import Array
 from .lane_judge import judge_lanes
@@ -71,7 +72,8 @@ def _run_group(cases: Sequence[Case], pool: ThreadPoolExecutor | None) -> Outcom
     first = cases[0]
     template = Template(first.loop, first.subject, first.duration)
     start = Start.of([list(case.loop.blocks.values()) for case in cases])
-    return run_alike(template, start, [case.impairment for case in cases], pool)
+    noises = [case.noise for case in cases]
+    return run_alike(template, start, [case.impairment for case in cases], noises, pool)
 
 
 def _kind(case: Case) -> Any:
@@ -86,12 +88,13 @@ def _kind(case: Case) -> Any:
     structure = structure_of(case.loop, case.subject.needed)
     judged = case.subject.plants, case.subject.criteria
     holds = tuple(spec.hold for spec in case.loop.blocks.values())
-    return structure, grid, holds, judged, case.duration, tuple(case.loop.stimuli.values())
+    open_inputs = tuple(case.loop.stimuli.values())
+    return structure, grid, holds, judged, case.duration, open_inputs, case.noise.on
 
 
 def lanes_can(loop: Loop, steps: int, subject: Subject) -> bool:
     """Say whether such runs can go in lanes; else they go one by one, to the same end."""
-    size = 8 * LANES * steps * (len(subject.plants) + len(loop.links) + len(loop.signals))
+    size = 8 * LANES * steps * (2 * len(subject.plants) + len(loop.links) + len(loop.signals))
     plain = subject.criteria.refractory == 0.0 and subject.criteria.min_width == 0.0
     plain = plain and all(b.numbered is None and not any(b.leads) for b in loop.blocks.values())
     known = subject.plants and set(subject.needed) <= set(loop.signals)
@@ -102,13 +105,15 @@ def run_alike(
     template: Template,
     start: Start,
     impairments: Sequence[Impairment],
+    noises: Sequence[Noise] = (SILENCE,),
     pool: ThreadPoolExecutor | None = None,
 ) -> Outcomes:
-    """Run cases that differ in parameters, initial states and links only, in lanes.
+    """Run cases that differ in parameters, initial states, links and noise only, in lanes.
 
-    ``start`` has one row per case; ``impairments`` one entry per case, or one for all.
+    ``start`` has one row per case; ``impairments`` and ``noises``, which are all on the same
+    signals, one entry per case, or one for all.
     """
-    group = _Group(template, start, impairments)
+    group = _Group(template, start, impairments, noises)
     rows, reasons = nothing(len(start.outputs[0])), dict[int, str]()
     blocks = list(group.blocks())
     mapped = pool.map(group.run, blocks) if pool else map(group.run, blocks)
@@ -124,11 +129,22 @@ def run_alike(
 class _Group:
     """Cases of one template, ready to be run a block of lanes at a time."""
 
-    def __init__(self, template: Template, start: Start, impairments: Sequence[Impairment]) -> None:
+    def __init__(
+        self,
+        template: Template,
+        start: Start,
+        impairments: Sequence[Impairment],
+        noises: Sequence[Noise],
+    ) -> None:
         loop = template.loop
         self._template, self._start = template, start
         count = len(start.outputs[0])
-        self._impairments = list(impairments) * (count if len(impairments) == 1 else 1)
+        self._impairments = [
+            each if each.random else replace(each, seed=0)
+            for each in list(impairments) * (count if len(impairments) == 1 else 1)
+        ]
+        self._noises = list(noises) * (count if len(noises) == 1 else 1)
+        self._noisy = [s for s in noises[0].on if any(noise.reaches(s) for noise in noises)]
         time_scale, rate = loop.grid
         self._h = time_scale / rate
         self._steps = count_steps(template.duration, self._h)
@@ -159,15 +175,37 @@ class _Group:
             for b, (name, spec) in enumerate(specs)
         }
         loop = Loop(blocks, self._template.loop.stimuli)
-        return Case(loop, self._impairments[i], self._template.subject, self._template.duration)
+        subject, duration = self._template.subject, self._template.duration
+        return Case(loop, self._impairments[i], subject, duration, self._noises[i])
 
     def run(self, places: Any) -> tuple[Rows, Any]:
         """Return the rows of one block of lanes, and which of them hold."""
-        start = Start(*([array[places] for array in part] for part in self._parts))
+        noises = [self._noises[i] for i in places]
+        x, params, outputs = ([array[places] for array in part] for part in self._parts)
+        start = Start(x, params, outputs, [self._sds(noises, signal) for signal in self._noisy])
         kind, links = self._links([self._impairments[i] for i in places])
-        structure = structure_of(self._template.loop, self._judged, kind)
-        course = Course(structure, self._steps, self._h, self._horizons, self._open, links)
+        structure = structure_of(self._template.loop, self._judged, kind, self._noisy)
+        course = Course(
+            structure, self._steps, self._h, self._horizons, self._open, links, self._draws(noises)
+        )
         return judge_lanes(Lanes(course, start), self._judged, self._t, self._template.subject)
+
+    def _sds(self, noises: Sequence[Noise], signal: str) -> Array:
+        return np.array([noise.sds[noise.on.index(signal)] for noise in noises])
+
+    def _draws(self, noises: Sequence[Noise]) -> Array:
+        """Return the draws of each noisy signal for lanes with these noises; see :class:`Course`.
+
+        Further lanes do as the last.
+        """
+        seeds = [noise.seed for noise in noises]
+        seeds = seeds[:1] if len(set(seeds)) == 1 else seeds + seeds[-1:] * (LANES - len(seeds))
+        table = np.empty((len(self._noisy), self._steps + 1, len(seeds)))
+        for i, signal in enumerate(self._noisy):
+            place = noises[0].on.index(signal)
+            for lane, seed in enumerate(seeds):
+                table[i, :, lane] = _drawn(seed, place, self._steps + 1)
+        return table
 
     def _links(self, impairments: Sequence[Impairment]) -> tuple[str, Links]:
         """Return what the links of lanes with these impairments are, and what they receive."""
@@ -189,6 +227,11 @@ def _with(spec: BlockSpec, x: Array, params: Array) -> BlockSpec:
     pack = type(spec.params)
     made = pack(*params.tolist()) if hasattr(pack, '_fields') else tuple(params.tolist())
     return replace(spec, x0=tuple(x.tolist()), params=made)
+
+
+@lru_cache(maxsize=64)
+def _drawn(seed: int, place: int, samples: int) -> Array:
+    return draws(seed, place, samples)
 
 
 @lru_cache(maxsize=64)

@@ -19,6 +19,7 @@ from ..analysis.verdict import residual
 from ..errors import EventregError
 from ..simulation.impairment import Impairment
 from ..simulation.loop import Loop
+from ..simulation.noise import SILENCE, Noise
 from ..simulation.sampled import simulate_sampled
 from ..simulation.trajectory import Trajectory
 
@@ -48,12 +49,16 @@ Rows = npt.NDArray[np.void]
 
 
 class Case(NamedTuple):
-    """One run: a loop, what happens on its links, what is judged of it, how long (model time)."""
+    """One run: a loop, what happens on its links, what is judged of it, how long (model time).
+
+    ``noise`` is on what its plants publish.
+    """
 
     loop: Loop
     impairment: Impairment
     subject: Subject
     duration: float
+    noise: Noise = SILENCE
 
 
 class Outcome(NamedTuple):
@@ -82,7 +87,7 @@ def nothing(count: int) -> Rows:
 def one_by_one(case: Case) -> Outcome:
     """Run one case as ``eventreg simulate --sampled`` does it, and judge it so."""
     try:
-        run = simulate_sampled(case.loop, case.duration, case.impairment)
+        run = simulate_sampled(case.loop, case.duration, case.impairment, noise=case.noise)
     except EventregError as error:
         return Outcome(nothing(1)[0], str(error))
     return Outcome(judged(run, case.subject), '')

@@ -11,9 +11,11 @@ from .. import scenario as scenarios
 from ..analysis.subject import Subject, subject_of
 from ..errors import EventregError
 from ..scenario import Scenario
+from ..scenario.hint import hint
 from ..scenario.links import need_linked
 from ..simulation.impairment import Impairment
-from .axes import LINKS, Axis, read
+from ..simulation.noise import SILENCE, Noise
+from .axes import LINKS, NOISE, Axis, read
 from .design import Design, design_of
 
 
@@ -55,9 +57,10 @@ class Plan:
         loop, axes = self.scenario.loop, self.axes
         _ = self.scenario.rate, self.scenario.time_scale, self.design
         need_linked(loop, self.impairment.on)
+        _ = self.noise
         nodes = set(self.scenario.nodes)
         for axis in axes:
-            if axis.node not in (LINKS, '/**') and axis.node not in nodes:
+            if not axis.of_run and axis.node != '/**' and axis.node not in nodes:
                 raise EventregError(
                     f'-p {axis.name}: the scenario has no node {axis.node!r}; it has '
                     + ', '.join(nodes)
@@ -74,17 +77,40 @@ class Plan:
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """What is varied; what is said of the links with one value only is not among it."""
+        """What is varied; what is fixed of links and noise is not among it."""
+        return tuple(a for a in read(self.parameters)[0] if not (a.of_run and a.fixed))
+
+    def _fixed_of(self, node: str) -> dict[str, float]:
         found = read(self.parameters)[0]
-        return tuple(a for a in found if not (a.node == LINKS and len(a.values) == 1))
+        return {
+            axis.parameter: axis.values[0] for axis in found if axis.node == node and axis.fixed
+        }
 
     @property
     def impairment(self) -> Impairment:
         """What happens on the links, as far as it is fixed."""
-        found = read(self.parameters)[0]
-        fixed = {a.parameter: a.values[0] for a in found if a.node == LINKS and len(a.values) == 1}
         on = None if self.on is None else frozenset(self.on)
-        return impairment(on=on, **fixed)
+        return impairment(on=on, **self._fixed_of(LINKS))
+
+    @property
+    def noise(self) -> Noise:
+        """What is added to the outputs of the plants, as far as it is fixed; 0 where it is varied.
+
+        As ``simulate --noise`` does it. Raises EventregError where no plant has such an output.
+        """
+        asked = [axis.parameter for axis in read(self.parameters)[0] if axis.node == NOISE]
+        if not asked:
+            return SILENCE
+        outputs = tuple(plant.output for plant in subject_of(self.scenario).plants)
+        for signal in asked:
+            if signal not in outputs:
+                raise EventregError(
+                    f'-p {NOISE}.{signal}: noise is on the output of a plant, and {signal!r} is '
+                    f'none{hint(signal, outputs)}'
+                )
+        fixed = self._fixed_of(NOISE)
+        sds = tuple(fixed.get(signal, 0.0) for signal in outputs)
+        return Noise(sds, self.impairment.seed, outputs)
 
     @property
     def design(self) -> Design:
@@ -120,6 +146,11 @@ def impairment(
     on: frozenset[str] | None = None,
 ) -> Impairment:
     """Return an impairment; a seed may come as a float. Raises EventregError for a bad value."""
-    if seed != int(seed):
+    return Impairment(float(delay), float(loss), float(jitter), whole_seed(seed), on)
+
+
+def whole_seed(seed: float) -> int:
+    """Return a seed that may come as a float. Raises EventregError unless it is whole."""
+    if not float(seed).is_integer():
         raise EventregError(f'links.seed must be a whole number, got {seed:g}')
-    return Impairment(float(delay), float(loss), float(jitter), int(seed), on)
+    return int(seed)

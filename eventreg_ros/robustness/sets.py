@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,15 +12,19 @@ import numpy as np
 from ..errors import EventregError
 from ..models import Model, first_state
 from ..scenario import Scenario
+from ..scenario.hint import hint
+from ..scenario.links import need_linked
 from ..scenario.parameters import has, is_foreign, parameters_of
 from ..scenario.reader import Override
 from ..simulation.impairment import Impairment
 from ..simulation.lanes import Start
 from ..simulation.model_time import count_steps
-from .axes import LINKS, Array, Axis
+from ..simulation.noise import Noise
+from .axes import Array, Axis
+from .imperfections import Imperfect, Imperfections
 from .lane_run import Template, lanes_can, run, run_alike
 from .outcome import Case, Outcomes, nothing
-from .plan import Plan, impairment
+from .plan import Plan
 
 
 class Sets:
@@ -31,9 +34,8 @@ class Sets:
         self.plan = plan
         self.axes = plan.axes
         self._scenario, self._subject = plan.scenario, plan.subject
-        self._loop, self._impairment = self._scenario.loop, plan.impairment
-        self._of_links = [i for i, axis in enumerate(self.axes) if axis.node == LINKS]
-        self._of_nodes = [i for i, axis in enumerate(self.axes) if axis.node != LINKS]
+        self._loop, self._imperfect = self._scenario.loop, Imperfect(plan)
+        self._of_nodes = [i for i, axis in enumerate(self.axes) if not axis.of_run]
         places = [_places(self._scenario, self.axes[i]) for i in self._of_nodes]
         self._places = None if None in places or not self._in_lanes else places
 
@@ -47,14 +49,13 @@ class Sets:
         """Return the outcomes of the sets with these values, one array of shape (n,) per axis."""
         count = len(columns[0]) if columns else 1
         reasons = self._refused(columns)
-        links = self._impairments(columns, count, reasons)
+        around = self._imperfect.of(columns, count, reasons)
         good = [i for i in range(count) if i not in reasons]
         rows = nothing(count)
         if good:
             chosen = [column[good] for column in columns]
-            impaired = links if len(links) == 1 else [links[i] for i in good]
             quick = self._quick if self._places is not None else self._slow
-            found = quick(chosen, len(good), impaired, pool)
+            found = quick(chosen, len(good), around.of(good), pool)
             rows[good] = found.rows
             reasons |= {good[i]: reason for i, reason in found.reasons.items()}
         return Outcomes(rows, dict(sorted(reasons.items())))
@@ -73,37 +74,13 @@ class Sets:
                     reasons.setdefault(at, place.complaint(columns[i][at]))
         return reasons
 
-    def _impairments(
-        self, columns: Sequence[Array], count: int, reasons: dict[int, str]
-    ) -> list[Impairment]:
-        """Return what happens on the links, one for all sets or one each."""
-        if not self._of_links:
-            return [self._impairment]
-        base = self._impairment
-        fixed = {name: getattr(base, name) for name in ('delay', 'loss', 'jitter', 'seed')}
-        names = [self.axes[i].parameter for i in self._of_links]
-        found = []
-        for at, values in enumerate(
-            zip(*(columns[i].tolist() for i in self._of_links), strict=True)
-        ):
-            try:
-                found.append(
-                    _impairment(
-                        tuple(zip(names, values, strict=True)), tuple(fixed.items()), base.on
-                    )
-                )
-            except EventregError as error:
-                reasons.setdefault(at, str(error))
-                found.append(base)
-        return found
-
     # Runs
 
     def _quick(
         self,
         columns: Sequence[Array],
         count: int,
-        impairments: Sequence[Impairment],
+        around: Imperfections,
         pool: ThreadPoolExecutor | None,
     ) -> Outcomes:
         specs = list(self._loop.blocks.values())
@@ -120,30 +97,39 @@ class Sets:
             pairs = zip(x[b].tolist(), params[b].tolist(), strict=True)
             outputs.append(np.array([spec.model.output(tuple(s), 0.0, tuple(p)) for s, p in pairs]))
         template = Template(self._loop, self._subject, self.plan.duration)
-        return run_alike(template, Start(x, params, outputs), impairments, pool)
+        return run_alike(template, Start(x, params, outputs), *around, pool=pool)
 
     def _slow(
         self,
         columns: Sequence[Array],
         count: int,
-        impairments: Sequence[Impairment],
+        around: Imperfections,
         pool: ThreadPoolExecutor | None,
     ) -> Outcomes:
         cases, good, reasons = [], [], dict[int, str]()
         for i in range(count):
             try:
                 scenario = self.scenario([column[i] for column in columns])
-                loop = scenario.loop
-                _ = loop.grid, self.plan.subject_of(scenario)
+                cases.append(self._case(scenario, *around.at(i)))
             except EventregError as error:
                 reasons[i] = str(error)
                 continue
-            links = impairments[0 if len(impairments) == 1 else i]
-            cases.append(Case(loop, links, self.plan.subject_of(scenario), self.plan.duration))
             good.append(i)
         rows, found = nothing(count), run(cases, pool)
         rows[good] = found.rows
         return Outcomes(rows, reasons | {good[i]: text for i, text in found.reasons.items()})
+
+    def _case(self, scenario: Scenario, impairment: Impairment, noise: Noise) -> Case:
+        """Return a set as a case. Raises EventregError where it is refused."""
+        _ = scenario.rate, scenario.time_scale  # raises unless all nodes agree
+        loop, subject = scenario.loop, self.plan.subject_of(scenario)
+        need_linked(loop, impairment.on)
+        for signal in noise.on:
+            if signal not in loop.signals:
+                raise EventregError(
+                    f'noise.{signal}: nobody publishes it{hint(signal, loop.signals)}'
+                )
+        return Case(loop, impairment, subject, self.plan.duration, noise)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario with one value per axis. Raises EventregError where it is refused."""
@@ -152,19 +138,9 @@ class Sets:
             _apply(self._scenario, given, self.axes[i], _plain(values[i]))
         return Scenario.of(self._scenario.name, given)
 
-    def impairment(self, values: Sequence[Any]) -> Impairment:
-        """Return what happens on the links with one value per axis."""
-        columns = [np.array([value]) for value in values]
-        return self._impairments(columns, 1, {})[0]
-
-
-@lru_cache(maxsize=4096)
-def _impairment(
-    varied: tuple[tuple[str, float], ...],
-    fixed: tuple[tuple[str, float], ...],
-    on: frozenset[str] | None,
-) -> Impairment:
-    return impairment(**{**dict(fixed), **dict(varied)}, on=on)
+    def imperfections(self, values: Sequence[Any]) -> tuple[Impairment, Noise]:
+        """Return what happens on the links and what is added to outputs, one value per axis."""
+        return self._imperfect.of([np.array([value]) for value in values], 1).at(0)
 
 
 def _plain(value: Any) -> Any:

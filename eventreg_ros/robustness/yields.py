@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import EventregError
+from ..simulation.noise import Noise
 from .axes import Array
 from .design import problem
 from .plan import Plan
@@ -90,7 +91,7 @@ def worst_of(columns: Mapping[str, Array]) -> int | None:
 def scenario_text(plan: Plan, values: Sequence[Any]) -> str:
     """Return a set as the text of a scenario, with the command that simulates it above it."""
     sets = Sets(plan)
-    links = sets.impairment(values)
+    links, noise = sets.imperfections(values)
     limits = {'settle': plan.settle, 'window': plan.window}
     options = [f'--{name} {value!r}' for name, value in limits.items() if value is not None]
     options += [
@@ -100,4 +101,15 @@ def scenario_text(plan: Plan, values: Sequence[Any]) -> str:
     ]
     options += [f'--on {",".join(sorted(links.on))}'] if links.on else []
     command = f'# eventreg simulate THIS.yaml --sampled --duration {plan.duration!r}'
-    return ' '.join([command, *options]) + '\n' + sets.scenario(values).to_yaml()
+    text = ' '.join([command, *options, *_noise_options(noise, links.seed)])
+    return text + '\n' + sets.scenario(values).to_yaml()
+
+
+def _noise_options(noise: Noise, seed: int) -> list[str]:
+    """Return the options of ``simulate`` for a noise; a comment where it has none for it."""
+    sds = set(noise.sds)
+    if len(sds) <= 1:
+        given = [f'--noise {sd!r}' for sd in sds if sd > 0.0]
+        return given + ([f'--seed {noise.seed}'] if given and not seed else [])
+    each = ', '.join(f'{s} {sd!r}' for s, sd in zip(noise.on, noise.sds, strict=True))
+    return [f'\n# and a noise of its own on each output: {each}']

@@ -31,8 +31,13 @@ CHUNK = 2048
 """Steps between two looks at the samples: so many that calls cost nothing, and no more."""
 
 
-def structure_of(loop: Loop, wanted: Sequence[str], links: str = COMMON) -> Structure:
-    """Return the structure of a loop; the samples of the signals ``wanted`` are handed out."""
+def structure_of(
+    loop: Loop, wanted: Sequence[str], links: str = COMMON, noisy: Sequence[str] = ()
+) -> Structure:
+    """Return the structure of a loop; the samples of the signals ``wanted`` are handed out.
+
+    ``noisy`` are the signals that blocks publish with noise.
+    """
     row = {signal: i for i, signal in enumerate(loop.signals)}
     blocks = tuple(
         LaneBlock(
@@ -47,7 +52,8 @@ def structure_of(loop: Loop, wanted: Sequence[str], links: str = COMMON) -> Stru
         for spec in loop.blocks.values()
     )
     signals = tuple(row[signal] for signal in wanted)
-    return Structure(blocks, len(loop.stimuli), len(row), signals, links)
+    with_noise = tuple(row[signal] for signal in noisy)
+    return Structure(blocks, len(loop.stimuli), len(row), signals, links, with_noise)
 
 
 @lru_cache(maxsize=64)
@@ -114,7 +120,8 @@ class Course:
     """What a block of lanes has in common.
 
     ``h`` is in model time, ``horizons`` are in steps, one per block. ``open_inputs`` has shape
-    (stimuli, steps + 1, 1), or LANES in place of 1 where they differ.
+    (stimuli, steps + 1, 1), or LANES in place of 1 where they differ; so has ``noise`` for the
+    noisy signals, normal numbers of standard deviation 1.
     """
 
     structure: Structure
@@ -123,18 +130,21 @@ class Course:
     horizons: Array
     open_inputs: Array
     links: Links
+    noise: Array
 
 
 @dataclass(frozen=True)
 class Start:
     """Where lanes begin, one array per block: states (n, dimension), parameters (n, count).
 
-    ``outputs`` are those at the start, (n,) each; n is at most LANES.
+    ``outputs`` are those at the start, without noise, and ``sds`` the standard deviations of the
+    noise, one per noisy signal, (n,) each; n is at most LANES.
     """
 
     x: Sequence[Array]
     params: Sequence[Array]
     outputs: Sequence[Array]
+    sds: Sequence[Array] = ()
 
     @classmethod
     def of(cls, sets: Sequence[Sequence[BlockSpec]]) -> Start:
@@ -181,6 +191,9 @@ class Lanes:
             self._ring[0, block.row] = _padded(start.outputs[b])
             for signal, i in block.observed:
                 self._ring[0, signal] = _padded(start.x[b][:, i])
+        for i, signal in enumerate(structure.noisy):
+            sd = self._work[self._layout.sds[i]] = _padded(start.sds[i])
+            self._ring[0, signal] += sd * self.course.noise[i, 0]
         self._work[self._layout.now] = self._work[self._layout.before] = self._ring[0]
 
     def _put(self, rows: Rows, x: Array, params: Array) -> None:
@@ -196,12 +209,14 @@ class Lanes:
         course, last = self.course, 0
         advance, open_inputs = _compiled(course.structure), course.open_inputs.ravel()
         stride = course.open_inputs.shape[2] if course.structure.stimuli else 1
+        noise = course.noise.ravel(), course.noise.shape[2]
         work, ring, out = self._work.ravel(), self._ring.ravel(), self._out.ravel()
         while last < course.steps:
             first, last = last, min(last + CHUNK, course.steps)
             advance(
                 first, last, course.h, work, ring, self._size - 1, open_inputs, stride,
-                course.links.newest, course.links.previous, course.steps, course.horizons, out,
+                course.links.newest, course.links.previous, course.steps, course.horizons,
+                *noise, out,
             )  # fmt: skip
             yield first, last, self._out
             self._out[0] = self._out[last - first]

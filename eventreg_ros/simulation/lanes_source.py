@@ -43,8 +43,9 @@ class Structure(NamedTuple):
     """What all sets of a kernel have in common.
 
     Signals are numbered, those of the ``stimuli`` first; ``wanted`` are those whose samples are
-    handed out. ``links`` is :data:`PERFECT` where every sample arrives at once, :data:`COMMON`
-    where all sets have received the same samples, :data:`SCATTERED` where each has its own.
+    handed out, ``noisy`` those that blocks publish with noise. ``links`` is :data:`PERFECT` where
+    every sample arrives at once, :data:`COMMON` where all sets have received the same samples,
+    :data:`SCATTERED` where each has its own.
     """
 
     blocks: tuple[LaneBlock, ...]
@@ -52,14 +53,20 @@ class Structure(NamedTuple):
     signals: int
     wanted: tuple[int, ...]
     links: str
+    noisy: tuple[int, ...] = ()
 
 
 class Layout(NamedTuple):
-    """The rows of each block, of each signal now and a step before, of the alarm; how many."""
+    """The rows of each block, of each signal now and a step before, of the alarm; how many.
+
+    ``sds`` and ``draws`` are of each noisy signal: its standard deviation, and its next draw.
+    """
 
     blocks: list[Rows]
     now: list[int]
     before: list[int]
+    sds: list[int]
+    draws: list[int]
     alarm: int
     rows: int
 
@@ -92,8 +99,9 @@ def layout(structure: Structure) -> Layout:
         for block in structure.blocks
     ]
     now, before = take(structure.signals), take(structure.signals)
+    sds, draws = take(len(structure.noisy)), take(len(structure.noisy))
     alarm = next(free)
-    return Layout(rows, now, before, alarm, alarm + 1)
+    return Layout(rows, now, before, sds, draws, alarm, alarm + 1)
 
 
 def source_of(structure: Structure) -> str:
@@ -104,7 +112,7 @@ def source_of(structure: Structure) -> str:
     return '\n'.join(
         [
             'def advance(first, last, h, work, ring, mask, open_inputs, stride, newest, previous,'
-            ' steps, horizons, out):',
+            ' steps, horizons, noise, width, out):',
             '    for n in range(first, last):',
             *(f'        {line}' for line in _step(structure)),
             '',
@@ -116,6 +124,7 @@ def _step(structure: Structure) -> Iterator[str]:
     lay, link = layout(structure), 0
     perfect = structure.links == PERFECT
     lines: list[str] = []
+    yield from _draw(lay)
     for b, block in enumerate(structure.blocks):
         for i, source in enumerate(block.sources):
             at = f'{lay.blocks[b].base[i]} * L', f'{lay.blocks[b].slope[i]} * L'
@@ -135,12 +144,28 @@ def _step(structure: Structure) -> Iterator[str]:
         lines += [f'work[{y} * L + a] = work[{x} * L + a]' for x, y in zip(*lay[1:3], strict=True)]
     for b, block in enumerate(structure.blocks):
         lines += _advance(b, block, lay.blocks[b], lay.alarm)
+    lines += _add_noise(structure, lay)
     if perfect:
         lines += [
             f'work[{lay.now[s]} * L + a] = work[{row} * L + a]' for s, row in _written(structure)
         ]
     yield from _lanes(*lines)
     yield from (_keep_now(structure, lay) if perfect else _keep_in_ring(structure))
+
+
+def _draw(lay: Layout) -> Iterator[str]:
+    """Yield what draws the noise of the coming samples."""
+    for i, row in enumerate(lay.draws):
+        place = f'({i} * (steps + 1) + n + 1) * width + a % width'
+        yield from _lanes(f'work[{row} * L + a] = noise[{place}]')
+
+
+def _add_noise(structure: Structure, lay: Layout) -> Iterator[str]:
+    """Yield what adds noise to what blocks publish, not to their states."""
+    for signal, sd, draw in zip(structure.noisy, lay.sds, lay.draws, strict=True):
+        for block, rows in zip(structure.blocks, lay.blocks, strict=True):
+            if block.row == signal:
+                yield f'work[{rows.y} * L + a] += work[{sd} * L + a] * work[{draw} * L + a]'
 
 
 def _written(structure: Structure) -> Iterator[tuple[int, int]]:

@@ -12,6 +12,7 @@ from eventreg_ros.robustness import lane_counts, lane_judge, lane_run
 from eventreg_ros.robustness.outcome import Case, one_by_one
 from eventreg_ros.scenario import parse
 from eventreg_ros.simulation.impairment import Impairment
+from eventreg_ros.simulation.noise import SILENCE, Noise
 
 
 def scenario(name, rng):
@@ -38,7 +39,7 @@ def judged(made, **more):
     return replace(subject, criteria=replace(subject.criteria, settle=60.0, **more))
 
 
-def cases(name, count, impaired, seed):
+def cases(name, count, impaired, seed, noisy=False):
     rng = np.random.default_rng(seed)
     found = []
     for _ in range(count):
@@ -48,8 +49,11 @@ def cases(name, count, impaired, seed):
                 0.2 * int(rng.integers(0, 4)), rng.uniform(0.0, 0.4), rng.uniform(0.0, 0.5),
                 int(rng.integers(0, 3)),
             )  # fmt: skip
+        noise = (
+            Noise((rng.uniform(0.0, 0.3),), int(rng.integers(0, 2)), ('y',)) if noisy else SILENCE
+        )
         made = scenario(name, rng)
-        found.append(Case(made.loop, links, judged(made), 250.0))
+        found.append(Case(made.loop, links, judged(made), 250.0, noise))
     return found
 
 
@@ -70,6 +74,16 @@ def test_random_sets_give_the_same_bits_in_lanes(name, impaired):
     found = lane_run.run(tried)
     assert_same(found, [one_by_one(case) for case in tried])
     assert len(set(found.rows['verdict'].tolist())) > 1 or name == 'uncontrolled'
+
+
+@pytest.mark.parametrize('name', ['open', 'linear'])
+def test_noise_is_the_same_in_lanes(name):
+    pytest.importorskip('numba')
+    tried = cases(name, 20, False, 7, noisy=True)
+    found = lane_run.run(tried)
+    assert_same(found, [one_by_one(case) for case in tried])
+    quiet = [case._replace(noise=SILENCE) for case in tried]
+    assert (lane_run.run(quiet).rows['residual_rms'] != found.rows['residual_rms']).all()
 
 
 def test_cases_of_several_kinds_come_back_in_their_order():

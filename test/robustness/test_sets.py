@@ -59,6 +59,58 @@ def test_a_row_is_what_simulate_says():
         assert rows['spurious'][i] == report.rejection.spurious
 
 
+TWO_PLANTS = """
+/**: {ros__parameters: {rate: 50.0}}
+exosystem: {ros__parameters: {}}
+plant: {ros__parameters: {inhibitory: [u]}}
+plant_b: {ros__parameters: {excitatory: [w], output: y_b}}
+controller: {ros__parameters: {k: 1.5, excitatory: [y]}}
+"""
+
+
+@pytest.mark.parametrize('links', [(), ('links.delay:=0.2',), ('links.loss:=0..0.3',)])
+@pytest.mark.parametrize('seeds', [(), ('links.seed:={0,3}',)])
+def test_noise_is_that_of_simulate(links, seeds):
+    asked = ['noise.y:=0..0.3', 'controller.k:=0.5..3', *links, *seeds]
+    sets, columns = sets_of('mismatch', *asked, count=6)
+    rows = sets.run(columns).rows
+    for i, values in enumerate(zip(*columns, strict=True)):
+        of = dict(zip([axis.name for axis in sets.axes], values, strict=True))
+        run = simulate(
+            load('mismatch', '/**.rate:=50', {'controller.k': of['controller.k']}), 250.0,
+            sampled=True, noise=of['noise.y'], seed=int(of.get('links.seed', 0)),
+            delay=0.2 if 'links.delay:=0.2' in links else 0.0, loss=of.get('links.loss', 0.0),
+        )  # fmt: skip
+        report = judge(run, 60.0)
+        assert VERDICTS[rows['verdict'][i]] == report.verdict
+        assert rows['spurious'][i] == report.rejection.spurious
+        assert (rows['residual_max_abs'][i], rows['residual_rms'][i]) == report.residual
+
+
+def test_every_plant_has_noise_of_its_own_as_in_simulate():
+    scenario = parse(TWO_PLANTS, 'two')
+    plan = Plan.of(scenario, ['noise.y:={0,0.1}', 'noise.y_b:={0.1}', 'links.seed:=5'], **QUICK)
+    rows = Sets(plan).run(plan.design.columns(0, 2)).rows
+    reports = [judge(simulate(scenario, 250.0, sampled=True, noise=0.1, seed=5), 60.0)]
+    assert rows['residual_rms'][1] == reports[0].residual.rms
+    assert rows['residual_rms'][0] != rows['residual_rms'][1]
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'words'),
+    [
+        ('noise.w:=0..1/2', "'w' is none; it has y"),
+        ('noise.y:=-1', 'noise must be >= 0 and finite, got -1'),
+        ('noise.y:=loud', "noise.y is a number, got 'loud'"),
+        ('links.loss:={0,few}', 'links.loss is a number'),
+        ('links.delay[0]:=1', r'leave out \[0\]'),
+    ],
+)
+def test_noise_and_links_that_cannot_be(parameter, words):
+    with pytest.raises(EventregError, match=words):
+        Plan.of(load('exact'), [parameter], **QUICK)
+
+
 @pytest.mark.parametrize('slow', [False, True])
 def test_bad_sets_are_rows_with_their_reason(slow):
     pytest.importorskip('numba')
@@ -76,11 +128,24 @@ def test_bad_sets_are_rows_with_their_reason(slow):
     assert (found.rows['verdict'] > 0).tolist() == [False, False, True, False, False, False]
 
 
+def test_bad_noise_is_a_row_with_its_reason():
+    plan = Plan.of(load('exact'), ['noise.y:={-1,0.1}', '/**.rate:=50'], **QUICK)
+    found = Sets(plan).run(plan.design.columns(0, 2))
+    assert found.reasons == {0: 'noise must be >= 0 and finite, got -1.0'}
+    assert (found.rows['verdict'] > 0).tolist() == [False, True]
+
+
+def test_a_set_with_noise_as_a_scenario_says_how_it_is_simulated():
+    plan = Plan.of(load('exact'), ['noise.y:={0.1}', 'links.seed:=4'], **QUICK)
+    first = scenario_text(plan, [0.1]).splitlines()[0]
+    assert first.endswith('--settle 60.0 --seed 4 --noise 0.1')
+
+
 def test_a_set_as_a_scenario_is_the_same_set():
     sets, columns = sets_of('exact', 'controller.k:=0.3..1', 'exosystem.x0[2]:=-2..0', count=3)
     text = scenario_text(sets.plan, [column[1] for column in columns])
     assert text.startswith('# eventreg simulate THIS.yaml --sampled --duration 250.0 --settle 60')
-    again = Sets(Plan.of(parse(text, 'exact'), ['links.seed:={0}'], **QUICK)).run([])
+    again = Sets(Plan.of(parse(text, 'exact'), ['links.seed:=0'], **QUICK)).run([])
     assert again.rows[0].tobytes() == sets.run(columns).rows[1].tobytes()
 
 
