@@ -27,10 +27,13 @@ class Change(NamedTuple):
 
 def changes_of(recording: Recording, time_scale: float) -> tuple[Change, ...]:
     """Return what was changed during a recording, except the start of its nodes."""
-    found = []
+    found: list[Change] = []
+    switched: set[str] = set()
     for stamp, node, what in recording.changes:
         seconds = (stamp - recording.start) / 1e9
-        starting = what in ('configure', 'activate') and seconds <= STARTING
+        starts = what in ('configure', 'activate')
+        starting = starts and seconds <= STARTING and node not in switched
+        switched |= set() if starts or ':=' in what else {node}
         if not starting and what.partition(':=')[0] not in OURS:
             found.append(Change((stamp - recording.start) * time_scale / 1e9, node, what))
     return tuple(found)

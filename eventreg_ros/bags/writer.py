@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import BagError
 from ..runtime.cdr import packed
+from .changes import Written
 from .channel import FLOAT64, Index, Stamps
 from .files import SIDECAR
 from .mcap_writer import McapStorage
@@ -159,11 +160,12 @@ def write_bag(
     scenario_name: str,
     scenario_yaml: str,
     storage: str = 'mcap',
+    changes: Sequence[tuple[int, Written]] = (),
 ) -> None:
     """Write signals as a rosbag2.
 
     ``signals`` maps each name to (stamps, values), both of shape (n,), stamps in nanoseconds.
-    Raises BagError.
+    ``changes`` are messages with their stamps, in order. Raises BagError.
     """
     writer = BagWriter(path, storage, scenario_yaml, scenario_name)
     writer.name_signals({name: f'/{name}' for name in signals})
@@ -176,4 +178,8 @@ def write_bag(
     which = np.repeat(np.arange(len(found)), [len(s) for s, _ in found])
     order = np.argsort(stamps, kind='stable')
     writer.write_float64(topics, which[order], stamps[order], values[order])
+    for topic, kind in {message.topic: message.type for _, message in changes}.items():
+        writer.add(topic, kind)
+    for stamp, message in changes:
+        writer.write(message.topic, stamp, message.data)
     writer.close()

@@ -142,13 +142,7 @@ def _write(args: argparse.Namespace, run: Run) -> None:
 
         write_signals(args.out, run.t, run.signals)
     if args.bag is not None:
-        from ..bags.writer import write_bag
-        from ..runtime.tick_grid import TickGrid
-
-        stamps = TickGrid(run.scenario.rate).stamps(len(run.t))
-        scenario = run.scenario.with_criteria(settle=args.settle, window=args.window)
-        signals = {name: (stamps, x) for name, x in run.signals.items()}
-        write_bag(args.bag, signals, scenario.name, scenario.to_yaml())
+        run.to_bag(args.bag, settle=args.settle, window=args.window)
 
 
 def _page(run: Run, report: Report) -> ReportPage:

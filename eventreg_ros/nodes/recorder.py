@@ -150,9 +150,8 @@ class Recorder(ManagedNode):
         if self.stage != ACTIVE:
             return
         if self.values['lockstep']:
-            self.changes.append(
-                (change.stamp or self.participant.stamp(max(self.row - 1, 0)), change)
-            )
+            # The clock waits while a run makes a change: the last row is the step at which it acts.
+            self.changes.append((self.participant.stamp(max(self.row - 1, 0)), change))
         else:
             self._write_change(change.stamp or int(self.get_clock().now().nanoseconds), change)
 

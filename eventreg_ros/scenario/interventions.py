@@ -63,12 +63,14 @@ def _time(text: str, at: str) -> float:
 def read_all(texts: Iterable[str], scenario: Scenario) -> list[Intervention]:
     """Read and check interventions; return them in the order of their times; one text is one.
 
-    Raises ParameterError or ScenarioError.
+    Values are in the type of their parameter. Raises ParameterError or ScenarioError.
     """
     texts = [texts] if isinstance(texts, str) else texts
     found = sorted(map(Intervention.read, texts), key=lambda each: each.at)
-    _course(found, scenario)
-    return found
+    return [
+        each._replace(value=values[each.parameter]) if each.action == 'set' else each
+        for each, values in zip(found, _course(found, scenario), strict=True)
+    ]
 
 
 def need_before(end: float, interventions: Iterable[Intervention], unit: str) -> None:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 from ..analysis.changes import Change, changes_asked
 from ..analysis.recorded import need_span
@@ -14,12 +15,17 @@ from ..analysis.signal import Signal, Signals
 from ..analysis.subject import subject_of
 from ..analysis.verdict import Report
 from ..analysis.verdict import judge as judge_signals
+from ..bags.changes import node_switched, parameter_set
+from ..bags.writer import write_bag
 from ..errors import EventregError
+from ..runtime.tick_grid import TickGrid
 from ..scenario import Criteria, Scenario
-from ..scenario.interventions import need_before, read_all, turns
+from ..scenario.interventions import Intervention, need_before, read_all, turns
 from ..scenario.links import need_linked
 from ..simulation.continuous import simulate as simulate_continuous
 from ..simulation.impairment import Impairment
+from ..simulation.loop import Loop
+from ..simulation.model_time import steps_of
 from ..simulation.noise import Noise
 from ..simulation.sampled import simulate_sampled
 from ..simulation.trajectory import Array, Trajectory
@@ -42,8 +48,13 @@ class Run(Judged):
     signals: Mapping[str, Array]
     fine: Trajectory
     """The grid in which events are looked for; in a sampled run the same."""
-    changes: tuple[Change, ...] = ()
-    """What was changed on the way, in model time."""
+    interventions: tuple[Intervention, ...] = ()
+    """What was changed on the way, in the order and at the model times at which it acted."""
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """What was changed on the way, in words."""
+        return changes_asked(self.interventions)
 
     def __getitem__(self, signal: str) -> Array:
         """Return one signal. Raises KeyError when the scenario has none of that name."""
@@ -83,6 +94,31 @@ class Run(Judged):
         }
         return replace(report, signals=coarse)
 
+    def to_bag(
+        self,
+        path: str | Path,
+        storage: str = 'mcap',
+        *,
+        settle: float | None = None,
+        window: float | None = None,
+    ) -> None:
+        """Write a rosbag2, as a recorder would: signals, scenario, and what was changed.
+
+        ``settle`` and ``window`` replace the scenario's in the bag. Raises BagError.
+        """
+        stamps = TickGrid(self.scenario.rate).stamps(len(self.t))
+        scenario = self.scenario.with_criteria(settle=settle, window=window)
+        changes = []
+        for each in self.interventions:
+            stamp = round(each.at / self.scenario.time_scale * 1e9)
+            if each.action == 'set':
+                written = parameter_set(stamp, each.node, each.parameter, each.value)
+            else:
+                written = node_switched(each.node, each.action)
+            changes.append((stamp, written))
+        signals = {name: (stamps, x) for name, x in self.signals.items()}
+        write_bag(path, signals, scenario.name, scenario.to_yaml(), storage, changes)
+
 
 def simulate(
     scenario: Scenario,
@@ -118,13 +154,13 @@ def simulate(
     added = Noise(noise, seed, tuple(plant.output for plant in subject_of(scenario).plants))
     asked = read_all(at, scenario)
     need_before(duration, asked, 'of model time')
-    changes = changes_asked(asked)
     loop, done = scenario.loop, turns(asked, scenario)
     if sampled:
         links = None if on is None else frozenset(on)
         impairment = Impairment(delay, loss, jitter, seed, need_linked(loop, links))
         found = simulate_sampled(loop, duration, impairment, done, noise=added)
-        return Run(scenario, found.t, found.signals, found, changes)
+        acted = tuple(_on_grid(each, loop) for each in asked)
+        return Run(scenario, found.t, found.signals, found, acted)
     time_scale, rate = loop.grid
     every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
     fine = loop.sampled_at(every * rate)
@@ -133,4 +169,10 @@ def simulate(
     t = found.t[::every]
     for name, draws in added.draw(len(t)):
         coarse[name] = coarse[name] + draws
-    return Run(scenario, t, coarse, Trajectory(t, coarse) if noise else found, changes)
+    return Run(scenario, t, coarse, Trajectory(t, coarse) if noise else found, tuple(asked))
+
+
+def _on_grid(each: Intervention, loop: Loop) -> Intervention:
+    """Return an intervention at the model time of the sample at which it acts in a sampled loop."""
+    time_scale, rate = loop.grid
+    return each._replace(at=steps_of(each.at, time_scale / rate) * time_scale / rate)

@@ -19,7 +19,7 @@ from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
 from .model_errors import in_words
-from .model_time import count_steps, model_times
+from .model_time import count_steps, model_times, steps_of
 from .noise import SILENCE, Noise
 from .stimulus import Stimulus
 from .trajectory import Array, Trajectory
@@ -181,7 +181,7 @@ def _stretches(
     """
     at: dict[int, list[Turn]] = {0: []}
     for turn in turns:
-        step = round(min(turn.at / h, float(steps)))
+        step = steps_of(turn.at, h)
         if step < steps:
             at.setdefault(step, []).append(turn)
             if turn.action == 'activate' and step + 1 < steps:

@@ -30,6 +30,9 @@ def test_changes_in_model_time_but_for_the_start_of_nodes():
             (-0.5, 'plant', 'configure'),
             (0.01, 'controller', 'activate'),
             (0.02, 'controller', 'k:=1'),
+            (0.5, 'reference', 'activate'),
+            (0.6, 'reference', 'deactivate'),
+            (0.8, 'reference', 'activate'),
             (2.0, 'controller', 'k:=3'),
             (4.0, 'plant', 'deactivate'),
             (5.0, 'plant', 'activate'),
@@ -38,6 +41,8 @@ def test_changes_in_model_time_but_for_the_start_of_nodes():
     )
     assert found == (
         Change(pytest.approx(0.2), 'controller', 'k:=1'),
+        Change(6.0, 'reference', 'deactivate'),
+        Change(8.0, 'reference', 'activate'),
         Change(20.0, 'controller', 'k:=3'),
         Change(40.0, 'plant', 'deactivate'),
         Change(50.0, 'plant', 'activate'),

@@ -60,7 +60,11 @@ def test_processes_composed_and_simulated_are_the_same_bytes(eventreg, tmp_path)
     for words in (['run', '--lockstep'], ['run', '--lockstep', '--composed'], ['simulate']):
         bags.append(tmp_path / str(len(bags)))
         verb, *flags = words
-        length = ['--duration', '10'] if verb == 'run' else ['--sampled', '--duration', '100']
+        live = verb == 'run'
+        length = ['--duration', '10'] if live else ['--sampled', '--duration', '100']
+        times = ('3.021', '6', '6.5') if live else ('30.21', '60', '65')
+        for at, action in zip(times, ('.k:=2', ':deactivate', ':activate'), strict=True):
+            length += ['--at', f'{at}:controller{action}']
         reports.append(tmp_path / f'{len(bags)}.json')
         more = ['--bag', bags[-1], '--settle', '10', '--json', reports[-1]]
         done = eventreg(verb, 'mismatch', *flags, *length, *more)
@@ -70,6 +74,7 @@ def test_processes_composed_and_simulated_are_the_same_bytes(eventreg, tmp_path)
     assert data(bags[0]) == data(bags[1]) == data(bags[2])
     found = [timeless(report) for report in reports]
     assert found[0]['settle'] == 10.0
+    assert [change['at'] for change in found[0]['changes']] == [30.2, 60.0, 65.0]
     assert found == [found[0]] * 6  # every number, to the last digit
 
 

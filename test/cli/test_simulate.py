@@ -7,7 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from eventreg_ros import scenario
+from eventreg_ros import analyze, scenario
+from eventreg_ros import simulate as simulate_run
 from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.cli.main import main
 from eventreg_ros.simulation.continuous import simulate
@@ -95,6 +96,21 @@ def test_the_bag_holds_the_samples(tmp_path):
         np.testing.assert_array_equal(found[signal][1], values)
         np.testing.assert_allclose(found[signal][0], expected.t, rtol=0, atol=1e-8)
     assert recording.name == 'exact'
+
+
+def test_the_bag_holds_what_was_changed(tmp_path):
+    at = ['2.03:controller:deactivate', '4:controller:activate', '5:plant.k:=2',
+          '6:controller.gain:=[3, 4]', '7:stimulus.amplitude:=2.25']  # fmt: skip
+    words = [word for each in at for word in ('--at', each)]
+    run('open', '--duration', 10, '--sampled', '--bag', tmp_path / 'bag', *words)
+    found = read_bag(tmp_path / 'bag').changes
+    assert [(c.node, c.what) for c in found] == [
+        ('controller', 'deactivate'), ('controller', 'activate'), ('plant', 'k:=2'),
+        ('controller', 'gain:=[3, 4]'), ('stimulus', 'amplitude:=2.25'),
+    ]  # fmt: skip
+    assert [c.stamp * 1e-9 for c in found] == pytest.approx([0.205, 0.4, 0.5, 0.6, 0.7], abs=1e-12)
+    report = analyze(tmp_path / 'bag').report
+    assert report.changes == simulate_run('open', 10.0, sampled=True, at=at).changes
 
 
 def test_overrides_and_renamed_signals(tmp_path):
