@@ -128,7 +128,9 @@ class Session:
         stored.parent.mkdir()
         stored.write_text(self.scenario.to_yaml(), encoding='utf-8')
         whole = self.scenario.with_recorder(str(self.bag.absolute()), str(stored))
-        if self.lockstep:
+        if self.lockstep:  # the clock waits at whole steps only
+            rate = whole.rate
+            self.pending = [p._replace(at=round(p.at * rate) / rate) for p in self.pending]
             whole = whole.in_lockstep(self.duration, [each.at for each in self.pending])
             self.duration = whole.nodes['clock']['steps'] / whole.rate
         parameters = scratch / 'parameters.yaml'
