@@ -56,7 +56,8 @@ def parameters() -> str:
         '# Parameters\n\n'
         'Every parameter of every node. Times are in the unit that the meaning gives; model time '
         "is the paper's time, and `time_scale` units of it pass in a second. *Set while* says "
-        'until which state of the node a parameter can be set: `active` ones at any time. '
+        'until which state of the node a parameter can be set: `active` ones at any time, '
+        '`started` ones, which name files, only as the node is started. '
         'Another `model` brings parameters of its own: [Models](models.md). '
         '`eventreg node NAME --help` prints the same as this page.'
     ]

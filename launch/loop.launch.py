@@ -87,7 +87,7 @@ def merged(scenario, path, namespace):
         text = path.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise RuntimeError(f'params_file {path} must be a readable text file: {error}') from None
-    return scenarios.with_file(scenario, text, path.name, namespace)
+    return scenarios.with_file(scenario, text, path.name, namespace, path.parent)
 
 
 def stored(path, text):

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 from zlib import crc32
@@ -15,6 +16,7 @@ from . import mcap_records as mcap
 from .channel import Index, Stamps
 from .mcap_records import CHUNK_HEAD, FOOTER_BODY, HEAD, MAGIC, counts, record, sized
 from .messages import Values
+from .place import Place
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
@@ -37,18 +39,22 @@ _TOTALS = struct.Struct('<QHIIIIQQ')
 class McapStorage:
     """Writes one file; two runs that write the same give the same bytes.
 
-    A chunk is in the file once it is closed, with its checksum; a killed writer loses the rest.
+    A chunk is in the file once it is closed, with its checksum; a killed writer loses the rest. The
+    indices of the chunks, which belong at the end, wait in a file without a name: a recorder may
+    run for months.
     """
 
     def __init__(self, path: Path, _compression: object = None) -> None:
         """Create the file in the directory ``path``. Raises OSError."""
         self.path = path / f'{path.name}.mcap'
         self.file = self.path.open('xb')
+        self._place = Place(self.path)
         self._crc = self._at = 0
         self._schemas: dict[str, bytes] = {}
         self._channels: list[bytes] = []
         self._written: dict[int, int] = {}
-        self._indices: list[bytes] = []
+        self._indices = tempfile.TemporaryFile(dir=path)  # noqa: SIM115
+        self._chunks = 0
         self._start, self._end = 2**63 - 1, 0
         self._pieces: list[bytes] = []
         self._size = 0
@@ -136,7 +142,11 @@ class McapStorage:
         self._at += len(data)
 
     def close_chunk(self) -> None:
-        """Write the chunk that was begun, with its checksum and its index."""
+        """Write the chunk that was begun, with its checksum and its index.
+
+        Raises BagError when the file was deleted, moved or cut since the last one.
+        """
+        self._place.check()
         data, begin = b''.join(self._pieces), self._at
         first = min(self._first, self._last)
         head = CHUNK_HEAD.pack(first, self._last, len(data), crc32(data))
@@ -148,20 +158,27 @@ class McapStorage:
             self._put(record(mcap.MESSAGE_INDEX, _U16.pack(number), packed))
         numbers = struct.pack('<QQQQ', first, self._last, begin, end - begin)
         sizes = _PAIR.pack(len(data), len(data))
-        self._indices.append(
+        self._indices.write(
             record(
                 mcap.CHUNK_INDEX, numbers, counts(offsets), _U64.pack(self._at - end), sized(''),
                 sizes,
             )
         )  # fmt: skip
+        self._chunks += 1
         self._pieces, self._size, self._index = [], 0, {}
         self._first, self._last = 2**63 - 1, 0
+        self._hand_over()
 
     def flush(self) -> None:
-        """Hand everything written so far to the operating system."""
+        """Hand everything written so far to the operating system. Raises BagError as above."""
         if self._index:
             self.close_chunk()
+        else:
+            self._hand_over()
+
+    def _hand_over(self) -> None:
         self.file.flush()
+        self._place.check()
 
     # The end ----------------------------------------------------------------------------------
 
@@ -174,34 +191,37 @@ class McapStorage:
         self._put(record(mcap.METADATA, sized(METADATA), sized(content)))
         where = _PAIR.pack(begin, self._at - begin)
         self._put(record(mcap.DATA_END, _U32.pack(self._crc)))
-        groups = {
-            mcap.SCHEMA: list(self._schemas.values()),
+        self._indices.seek(0)
+        groups: dict[int, Iterable[bytes]] = {
+            mcap.SCHEMA: self._schemas.values(),
             mcap.CHANNEL: self._channels,
-            mcap.CHUNK_INDEX: self._indices,
+            mcap.CHUNK_INDEX: iter(lambda: self._indices.read(CHUNK), b''),
             mcap.METADATA_INDEX: [record(mcap.METADATA_INDEX, where, sized(METADATA))],
             mcap.STATISTICS: [self._statistics()],
         }
         self._crc, summary, offsets = 0, self._at, b''
-        for opcode, records in groups.items():
+        for opcode, pieces in groups.items():
             start = self._at
-            self._put(b''.join(records))
-            if records:
+            for piece in pieces:
+                self._put(piece)
+            if self._at > start:
                 place = bytes([opcode]) + _PAIR.pack(start, self._at - start)
                 offsets += record(mcap.SUMMARY_OFFSET, place)
         start = self._at
         self._put(offsets)
         self._put(HEAD.pack(mcap.FOOTER, FOOTER_BODY.size) + _PAIR.pack(summary, start))
         self._put(_U32.pack(self._crc) + MAGIC)
-        self.file.close()
+        self.abort()
 
     def _statistics(self) -> bytes:
         total, start = sum(self._written.values()), min(self._start, self._end)
         numbers = _TOTALS.pack(
-            total, len(self._schemas), len(self._channels), 0, 1, len(self._indices), start,
+            total, len(self._schemas), len(self._channels), 0, 1, self._chunks, start,
             self._end,
         )  # fmt: skip
         return record(mcap.STATISTICS, numbers, counts(self._written))
 
     def abort(self) -> None:
         """Close the file as it is."""
+        self._indices.close()
         self.file.close()

@@ -13,10 +13,11 @@ from ..errors import BagError
 from ..runtime.cdr import packed
 from .changes import Written
 from .channel import FLOAT64, Index, Stamps
-from .files import SIDECAR
+from .files import SIDECAR, STORAGES
 from .mcap_writer import McapStorage
 from .messages import Values
 from .metadata import NAME_KEY, SCENARIO_KEY, TOPICS_KEY
+from .place import Place
 
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer
@@ -47,6 +48,7 @@ class BagWriter:
         except (OSError, WriterError) as error:
             raise BagError(f'bag {path} cannot be made: {error}; name another directory') from None
         self._storage: Any = self._writer.storage
+        self._place = Place(path / (path.name + STORAGES[storage]))
         self._connections: dict[str, Any] = {}
 
     def add(self, topic: str, msgtype: str) -> None:
@@ -118,14 +120,24 @@ class BagWriter:
             writer.counts[number] += count
 
     def flush(self) -> None:
-        """Hand everything written so far to the operating system."""
+        """Hand everything written so far to the operating system.
+
+        Raises BagError when the bag was deleted, moved or cut since the last time.
+        """
         if isinstance(self._storage, McapStorage):
             self._storage.flush()
-        else:
-            self._storage.conn.commit()
+            return
+        self._place.check()
+        self._storage.conn.commit()
+        self._place.check()
 
     def close(self) -> None:
-        """Write the index and the metadata."""
+        """Write the index and the metadata, or nothing and raise BagError, as :meth:`flush`."""
+        try:
+            self._place.check()
+        except BagError:
+            self._storage.abort()
+            raise
         self._writer.close()
 
 

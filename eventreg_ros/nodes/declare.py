@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ..errors import ParameterError
 from ..scenario.hint import hint
-from ..scenario.parameter import ACTIVE, Parameter
+from ..scenario.parameter import ACTIVE, START, Parameter
 from ..scenario.parameters import all_parameters, is_ros_parameter, need_no_part
 
 TYPES = {
@@ -64,8 +64,7 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     """Return what ``ros2 param describe`` shows of ``parameter``."""
     result = ParameterDescriptor(
         description=parameter.doc,
-        additional_constraints=parameter.rule
-        + ('' if parameter.settable == ACTIVE else f'; settable while {parameter.settable}'),
+        additional_constraints=parameter.rule + _until(parameter.settable),
     )
     low, high = parameter.low, parameter.high
     if low is None and high is None:
@@ -84,6 +83,12 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
             IntegerRange(from_value=int(low or 0), to_value=int(high or 2**63 - 1))
         ]
     return result
+
+
+def _until(settable: str) -> str:
+    return {ACTIVE: '', START: '; given as the node is started'}.get(
+        settable, f'; settable while {settable}'
+    )
 
 
 def widened(table: Table, changes: Iterable[RosParameter]) -> list[RosParameter]:

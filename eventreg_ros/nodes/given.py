@@ -2,8 +2,8 @@
 """What a node was given, as it is meant: its arguments and parameter files before rcl reads them.
 
 rcl takes an unquoted y for true, which launch files and ``ros2 param dump`` write for the signal y,
-and fails on a list that holds it. So signals are quoted here. What is no readable file is refused
-rather than waited for.
+and fails on a list that holds it. So signals are quoted here. A file that a parameter file names is
+looked for beside it. What is no readable file is refused rather than waited for.
 """
 
 from __future__ import annotations
@@ -67,14 +67,14 @@ def _quoted(rule: str) -> str:
 
 
 def _file(path: str, stack: ExitStack) -> str:
-    """Return ``path``, or the path of a copy with quotes around signals called y or n."""
+    """Return ``path``, or the path of a copy that says what is meant."""
     text = _text(path)
-    quoted = ros_yaml.quoted(text, f'--params-file {path}', _known)
-    if quoted == text:
+    meant = ros_yaml.as_meant(text, f'--params-file {path}', _known, Path(path).parent)
+    if meant == text:
         return path
     directory = stack.enter_context(scratch_directory())
     copy = directory / (Path(path).name or 'parameters.yaml')
-    copy.write_text(quoted, encoding='utf-8')
+    copy.write_text(meant, encoding='utf-8')
     return str(copy)
 
 

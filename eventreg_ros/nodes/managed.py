@@ -14,7 +14,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ..errors import EventregError, ParameterError
 from ..scenario.names import kind_of
-from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED, Parameter
+from ..scenario.parameter import ACTIVE, INACTIVE, START, UNCONFIGURED, Parameter
 from ..scenario.parameters import completed, parameters_of
 from ..scenario.qos import check_key, keys_of
 from .declare import declare, fitted, given_to, widened
@@ -28,7 +28,7 @@ SUCCESS, FAILURE, BROKEN = (
     TransitionCallbackReturn.FAILURE,
     TransitionCallbackReturn.ERROR,
 )
-_ORDER = {UNCONFIGURED: 0, INACTIVE: 1, ACTIVE: 2}
+_ORDER = {START: -1, UNCONFIGURED: 0, INACTIVE: 1, ACTIVE: 2}
 
 
 class FaultError(Exception):
@@ -237,7 +237,8 @@ class ManagedNode(Endpoints):
     def _check_change(self, changes: Sequence[RosParameter]) -> SetParametersResult:
         try:
             for change in changes:
-                self._need_settable(change.name)
+                if change.value != self.values.get(change.name):
+                    self._need_settable(change.name)
             self.verify(self._with(changes)[1])
         except EventregError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -245,6 +246,11 @@ class ManagedNode(Endpoints):
 
     def _need_settable(self, name: str) -> None:
         row = self.table.get(name)
+        if row is not None and row.settable == START:
+            raise ParameterError(
+                f'{self.label}.{name} names a file, so it can be given only as the node is '
+                f'started; start it anew with -p {name}:=VALUE'
+            )
         if row is not None and _ORDER[self.stage] > _ORDER[row.settable]:
             raise ParameterError(
                 f'{self.label}.{name} can be set only while {row.settable}, '

@@ -109,7 +109,7 @@ class Recorder(ManagedNode):
         try:
             self.writer.write_rows(self.topics, stamps, [queue[:rows] for queue in self.waiting])
         except Exception as error:  # the disk, the database: whatever it is, keep what is there
-            self.fail(f'the bag {self.writer.path} cannot be written: {error}')
+            self._give_up(error)
             return
         for signal, queue in zip(self.recorded, self.waiting, strict=True):
             del queue[:rows]
@@ -166,13 +166,18 @@ class Recorder(ManagedNode):
         try:
             self.writer.write(topic, stamp, data)
         except Exception as error:  # the disk, the database: whatever it is, keep what is there
-            self.fail(f'the bag {self.writer.path} cannot be written: {error}')
+            self._give_up(error)
 
     def _flush(self) -> None:
         try:
             self.writer.flush()
         except Exception as error:
-            self.fail(f'the bag {self.writer.path} cannot be written: {error}')
+            self._give_up(error)
+
+    def _give_up(self, error: Exception) -> None:
+        if self.fault is None:
+            words = f'the bag {self.writer.path} cannot be written: {error}'
+            self.fail(str(error) if isinstance(error, BagError) else words)
 
     def _close(self) -> None:
         """Close the bag: this writes its index and metadata."""
@@ -181,7 +186,8 @@ class Recorder(ManagedNode):
                 self._write_change(stamp, change)
             self.writer.close()
         except Exception as error:
-            self.get_logger().error(f'the bag {self.writer.path} was not closed: {error}')
+            if self.fault is None:
+                self.get_logger().error(f'the bag {self.writer.path} was not closed: {error}')
 
     def report(self) -> Status:
         """Return the number of messages recorded per topic."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where scenarios are found: the shipped ones by name, others by path."""
+"""Where scenarios are found, the shipped ones by name, others by path; and what they refer to."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..errors import ScenarioError
 from ..files import UnreadableError, read_text
+from .names import kind_of
 
 
 def config_directory() -> Path:
@@ -57,3 +58,13 @@ def text_of(path: Path) -> str:
         return read_text(path)
     except UnreadableError as error:
         raise ScenarioError(f'scenario {path} must be a readable text file: {error}') from None
+
+
+def names_file(node: str, parameter: str) -> bool:
+    """Say whether a parameter is the path of a file to read; ``node`` may hold wildcards."""
+    return parameter == 'file' and ('*' in node.rpartition('/')[2] or kind_of(node) == 'stimulus')
+
+
+def from_file(path: str, base: Path) -> str:
+    """Return in full a path that a file in the directory ``base`` names; '' stays."""
+    return str(base.absolute() / path) if path else path

@@ -10,7 +10,8 @@ from typing import Any
 
 from ..errors import ParameterError, shown
 
-UNCONFIGURED, INACTIVE, ACTIVE = 'unconfigured', 'inactive', 'active'
+START, UNCONFIGURED, INACTIVE, ACTIVE = 'started', 'unconfigured', 'inactive', 'active'
+"""Until when a parameter may be set: as the node is started only, or in a state of its life."""
 
 Value = bool | int | float | str | list[float] | list[str]
 
@@ -21,8 +22,9 @@ class Parameter:
 
     ``type`` is one of bool, int, double, string, double[], string[]. ``low`` is the least value
     allowed, or the bound that it must exceed when ``open_low``; ``settable`` says until which state
-    of the node it may be set: :data:`UNCONFIGURED`, :data:`INACTIVE` or :data:`ACTIVE`. A list has
-    ``length`` entries, or at most ``most``.
+    of the node it may be set: :data:`UNCONFIGURED`, :data:`INACTIVE` or :data:`ACTIVE`. One that
+    names a file is :data:`START`: only who starts the node says which files it reads and writes. A
+    list has ``length`` entries, or at most ``most``.
     """
 
     name: str

@@ -86,14 +86,18 @@ class Parser:
 
     ``is_name`` says of a parameter whether it names signals: there an unquoted y, Y, n or N is
     meant as written. rcl takes it for true or false; a node's own arguments are quoted before rcl
-    sees them, at the places in ``names``. ``empty`` are the nodes without any ros__parameters,
-    ``twice`` the parameters that were given a second time, and the lines.
+    sees them, at the places in ``names``. ``is_file`` says of a section and a parameter whether it
+    names a file to read; those are in ``files``. ``empty`` are the nodes without any
+    ros__parameters, ``twice`` the parameters that were given a second time, and the lines.
     """
 
-    def __init__(self, is_name: Callable[[str], bool]) -> None:
-        self._is_name = is_name
+    def __init__(
+        self, is_name: Callable[[str], bool], is_file: Callable[[str, str], bool] | None = None
+    ) -> None:
+        self._is_name, self._is_file = is_name, is_file or (lambda section, parameter: False)
         self.sections: list[Section] = []
         self.names: list[Held] = []
+        self.files: list[Held] = []
         self.empty: list[str] = []
         self.twice: list[tuple[str, int]] = []
         self._named: str | None = None
@@ -242,6 +246,9 @@ class Parser:
         if value is None:
             value = self._plain(event)
         kind = type(value)
+        where = self._section.name if self._section else ''
+        if isinstance(value, str) and self._is_file(where, parameter.name):
+            self.files.append(Held(value, event.start_mark.index, event.end_mark.index))
         if not self._is_sequence:
             parameter.single[kind] = value
             return

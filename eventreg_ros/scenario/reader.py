@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import ParameterError, ScenarioError, shown
 from . import ros_yaml
-from .files import find, text_of
+from .files import find, from_file, names_file, text_of
 from .hint import hint
 from .names import KINDS, kind_of
 from .parameters import all_parameters, has, is_foreign, is_ros_parameter
@@ -26,14 +27,21 @@ def load(scenario: str, overrides: Iterable[str] = (), implicit: Collection[str]
     says what is wrong and how to fix it.
     """
     path = find(scenario)
-    return parse(text_of(path), path.stem, overrides, implicit)
+    return parse(text_of(path), path.stem, overrides, implicit, path.parent)
 
 
 def parse(
-    text: str, name: str, overrides: Iterable[str] = (), implicit: Collection[str] = ()
+    text: str,
+    name: str,
+    overrides: Iterable[str] = (),
+    implicit: Collection[str] = (),
+    base: Path | None = None,
 ) -> Scenario:
-    """Read a scenario from the text of a ROS parameter file; see :func:`load`."""
-    entries = _entries(text, name)
+    """Read a scenario from the text of a ROS parameter file; see :func:`load`.
+
+    The files that it names are looked for in ``base``, its directory; without one, here.
+    """
+    entries = _entries(text, name, base)
     given: dict[str, dict[str, Any]] = {entry.node: {} for entry in entries if not entry.wild}
     for entry in entries:
         last = entry.node.rpartition('/')[2]
@@ -49,15 +57,18 @@ def parse(
     return Scenario.of(name, given)
 
 
-def with_file(scenario: Scenario, text: str, name: str, namespace: str = '') -> Scenario:
+def with_file(
+    scenario: Scenario, text: str, name: str, namespace: str = '', base: Path | None = None
+) -> Scenario:
     """Return ``scenario`` with what another parameter file, read after it, says of its nodes.
 
     Other nodes in the file are left alone, as ROS does. Where the scenario is started within
-    ``namespace``, the file may name its nodes with it or without.
+    ``namespace``, the file may name its nodes with it or without. The files that it names are
+    looked for in ``base``, its directory; without one, here.
     """
     given = {node: dict(values) for node, values in scenario.given.items()}
     inside = namespace.strip('/') + '/' if namespace.strip('/') else ''
-    _fill(given, _entries(text, name, strict=False), inside)
+    _fill(given, _entries(text, name, base, strict=False), inside)
     return Scenario.of(scenario.name, given)
 
 
@@ -78,6 +89,12 @@ class Entry(NamedTuple):
     key: str
     node: str
     values: dict[str, Any]
+
+    def locate(self, base: Path) -> None:
+        """Give the files that the parameters of our nodes name, from ``base``, in full."""
+        for parameter, value in self.values.items() if not is_foreign(self.values) else ():
+            if names_file(self.node, parameter) and isinstance(value, str):
+                self.values[parameter] = from_file(value, base)
 
     @property
     def wild(self) -> bool:
@@ -135,7 +152,7 @@ def _takes(node: str, values: Mapping[str, Any], parameter: str) -> bool:
 # Keys ---------------------------------------------------------------------------------------------
 
 
-def _entries(text: str, name: str, strict: bool = True) -> list[Entry]:
+def _entries(text: str, name: str, base: Path | None, strict: bool = True) -> list[Entry]:
     """Return the entries of a parameter file in order. Raises ScenarioError.
 
     Unless ``strict``, keys of nodes that are none of ours pass.
@@ -144,6 +161,8 @@ def _entries(text: str, name: str, strict: bool = True) -> list[Entry]:
         Entry(section.name, section.name.strip('/'), section.values)
         for section in ros_yaml.load(text, f'scenario {name}')
     ]
+    for entry in entries:
+        entry.locate(base or Path())
     for entry in entries if strict else ():
         if not (entry.wild or kind_of(entry.node) or is_foreign(entry.values)):
             raise ScenarioError(

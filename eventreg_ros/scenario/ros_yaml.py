@@ -10,9 +10,11 @@ what they are given (nodes/given.py).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 from ..errors import ScenarioError, shown
+from .files import from_file, names_file
 from .names import NAMING
 from .rcl_parser import Parser, RefusedError, Section, Value
 from .rcl_scalar import scalar
@@ -39,8 +41,8 @@ def value(text: str, name: str, parameter: str) -> Value:
     return found
 
 
-def quoted(text: str, name: str, known: Callable[[str], bool]) -> str:
-    """Return a file with quotes around signals called y or n.
+def as_meant(text: str, name: str, known: Callable[[str], bool], base: Path) -> str:
+    """Return a file in ``base`` with quotes around signals called y or n, and with full paths.
 
     What rcl refuses is returned as it is, for rcl to refuse it. Raises ScenarioError where a
     parameter that is ``known`` is given twice.
@@ -53,7 +55,7 @@ def quoted(text: str, name: str, known: Callable[[str], bool]) -> str:
     except (RefusedError, yaml.YAMLError):
         return text
     _need_once(name, parser, known)
-    return _with_quotes(text, parser)
+    return _with_quotes(text, parser, base)
 
 
 def quoted_value(text: str, parameter: str) -> str:
@@ -68,9 +70,12 @@ def quoted_value(text: str, parameter: str) -> str:
     return _with_quotes(text, parser)
 
 
-def _with_quotes(text: str, parser: Parser) -> str:
-    for held in reversed(parser.names):
-        text = f"{text[: held.start]}'{held.text}'{text[held.end :]}"
+def _with_quotes(text: str, parser: Parser, base: Path | None = None) -> str:
+    files = [(held, from_file(held.text, base)) for held in parser.files if base is not None]
+    for held, meant in sorted([(held, held.text) for held in parser.names] + files, reverse=True,
+                              key=lambda pair: pair[0].start):  # fmt: skip
+        word = meant.replace("'", "''")
+        text = f"{text[: held.start]}'{word}'{text[held.end :]}"
     return text
 
 
@@ -103,7 +108,7 @@ def dump(data: Any) -> str:
 
 
 def _parser() -> Parser:
-    return Parser(lambda parameter: parameter in NAMING)
+    return Parser(lambda parameter: parameter in NAMING, names_file)
 
 
 def _read(name: str, text: str, read: Callable[[], Any]) -> Any:

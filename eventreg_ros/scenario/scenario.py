@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from ..errors import EventregError, ScenarioError
@@ -16,6 +17,7 @@ from ..simulation.stimulus import Stimulus
 from . import ros_yaml
 from .blocks import block_spec
 from .criteria import Criteria
+from .files import from_file, names_file
 from .inputs import signs_of
 from .links import LinkSpec, link_name, need_pure_delay
 from .names import NodeName, full_name, split
@@ -48,8 +50,9 @@ class Scenario:
     def of(cls, name: str, given: Mapping[str, Values]) -> Scenario:
         """Return the scenario that gives its nodes these parameters, checked.
 
-        Raises ParameterError or ScenarioError.
+        Files are looked for from here. Raises ParameterError or ScenarioError.
         """
+        given = {node: _in_full(node, values) for node, values in given.items()}
         nodes = {node: resolve(node, values) for node, values in given.items()}
         checked = {
             node: {p: nodes[node].get(p, v) for p, v in values.items()}
@@ -386,3 +389,15 @@ class Scenario:
                     if self.signal(node, name) in self.publishers
                 ]
         return values
+
+
+def _in_full(node: str, given: Values) -> Values:
+    """Return parameters with the files of our own nodes by their full paths."""
+    return {
+        name: from_file(value, Path()) if _is_file(node, name, value, given) else value
+        for name, value in given.items()
+    }
+
+
+def _is_file(node: str, name: str, value: object, given: Values) -> bool:
+    return isinstance(value, str) and names_file(node, name) and not is_foreign(given)

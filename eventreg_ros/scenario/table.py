@@ -13,7 +13,7 @@ from ..runtime.relay import ORDERS
 from ..simulation.hold import HOLDS
 from ..simulation.stimulus import WAVEFORMS
 from .criteria import BLIND, RESET, SETTLE, THRESHOLD, WINDOW
-from .parameter import ACTIVE, UNCONFIGURED, Parameter
+from .parameter import ACTIVE, START, UNCONFIGURED, Parameter
 
 AUTOSTART = Parameter(
     'autostart', 'bool', True, 'configure and activate the node as soon as it starts'
@@ -297,7 +297,14 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
             low=0.0,
             open_low=True,
         ),
-        Parameter('file', 'string', '', 'csv file with the columns t (model time) and v'),
+        Parameter(
+            'file',
+            'string',
+            '',
+            'csv file with the columns t (model time) and v; its place counts from that of the '
+            'parameter file that names it',
+            settable=START,
+        ),
         Parameter(
             'output',
             'string',
@@ -347,7 +354,7 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
             'string',
             '',
             'parameter file that says what is judged; empty: the names of the signals',
-            settable=UNCONFIGURED,
+            settable=START,
         ),
         TIME_SCALE,
         RATE,
@@ -362,7 +369,7 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
             'string',
             '',
             'directory of the bag; empty: eventreg_<date>-<time>',
-            settable=UNCONFIGURED,
+            settable=START,
         ),
         Parameter(
             'storage',
@@ -377,14 +384,14 @@ OTHERS: dict[str, tuple[Parameter, ...]] = {
             'string',
             '',
             'parameter file whose text is stored in the bag',
-            settable=UNCONFIGURED,
+            settable=START,
         ),
         Parameter(
             'scenario_name',
             'string',
             '',
             'name under which the bag knows its scenario',
-            settable=UNCONFIGURED,
+            settable=START,
         ),
         RATE,
         LOCKSTEP,

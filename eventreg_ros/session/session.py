@@ -14,6 +14,7 @@ from ..files import scratch_directory
 from ..nodes.environment import domain_of
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
+from ..scenario.names import kind_of
 from . import shared_memory
 from .domain import is_inhabited, own_domain
 from .executables import executable_of, package_and_executable
@@ -296,11 +297,12 @@ class Session:
             )
 
     def _note_faults(self, client: Client) -> None:
-        """In lockstep a node at fault stops the run; in real time the others go on."""
+        """In lockstep a node at fault stops the run; in real time that of the recorder does."""
         for node, message in client.faults.items():
             trouble = f'{node.strip("/")}: {message}'
             if trouble not in self.troubles:
                 self.troubles.append(trouble)
+            self.over |= kind_of(node.rpartition('/')[2]) == 'recorder'
 
     def _note_standstill(self, client: Client, elapsed: float, passed: float) -> None:
         """In lockstep all wait for all: note what the nodes themselves cannot say.

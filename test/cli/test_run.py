@@ -3,6 +3,7 @@
 
 import json
 import os
+import shutil
 import signal
 import time
 
@@ -49,6 +50,20 @@ def test_the_verdict_over_real_topics_is_that_of_the_paper(
     assert f'<title>{scenario}: {report["verdict"]}</title>' in page
     assert f'verdict: {report["verdict"]}\n' in err
     assert 'eventreg:' not in err
+    assert not children(process)
+
+
+def test_a_bag_that_is_deleted_ends_the_run_at_once(run, children, tmp_path):
+    process = run('exact', '--duration', '600', '--bag', 'bag')
+    wait_for(lambda: list(tmp_path.glob('bag/*.mcap')))
+    for line in process.stdout:
+        if 's of 600 s' in line or ' of 600 s' in line:
+            break
+    shutil.rmtree(tmp_path / 'bag')
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 4, err
+    (line,) = [line for line in err.splitlines() if line.startswith('eventreg:')]
+    assert line.startswith(f'eventreg: recorder: bag {tmp_path / "bag"} was deleted or moved')
     assert not children(process)
 
 

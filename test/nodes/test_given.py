@@ -11,6 +11,7 @@ import yaml
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.composed import make
 from eventreg_ros.nodes.given import as_meant
+from eventreg_ros.nodes.stimulus import StimulusNode
 from eventreg_ros.scenario import parse
 
 
@@ -154,3 +155,19 @@ def test_a_qos_key_that_is_none_is_refused(bench, rule, words):
 def test_a_qos_key_of_everybody_may_be_of_a_topic_that_this_node_does_not_have(bench):
     plant = bench.add(partial(make, 'plant'), 'qos_overrides./elsewhere.publisher.depth:=7')
     assert plant.stage == 'active'
+
+
+def test_a_file_of_a_stimulus_is_looked_for_beside_the_file_that_names_it(bench, file, tmp_path):
+    """Whatever the node is called, and where it is started from; -p counts from there."""
+    (tmp_path / "it's v.csv").write_text('t,v\n0,0.25\n')
+    text = '{}: {{ros__parameters: {{waveform: csv, file: "it\'s v.csv"}}}}'
+    for key in ('stimulus', '/**', '/**/stimulus'):
+        node = bench.add(StimulusNode, arguments=file(text.format(key)), start=False)
+        assert node.values['file'] == str(tmp_path / "it's v.csv")
+        node.trigger_configure()
+        assert node.waveform(1.0) == 0.25
+    here = bench.add(StimulusNode, 'file:=v.csv', start=False)
+    assert here.values['file'] == 'v.csv'
+    path = file('/**: {ros__parameters: {path: b}}')
+    other = bench.add(partial(make, 'recorder'), arguments=path, start=False)
+    assert other.values['path'] == 'b'

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stimulus, the spike monitor and the recorder."""
 
+import shutil
+
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64, Header, UInt64
 
@@ -197,12 +200,60 @@ def test_the_recorder_refuses_a_bag_that_exists(bench, tmp_path):
 
 
 def test_a_file_that_cannot_be_read_is_refused_and_changes_nothing(bench, tmp_path):
-    node = bench.add(StimulusNode)
+    missing = tmp_path / 'none.csv'
+    node = bench.add(StimulusNode, f'file:={missing}')
     node.trigger_deactivate()
-    missing = str(tmp_path / 'none.csv')
-    assert node.set_parameters([Parameter('file', value=missing)])[0].successful
     result = node.set_parameters([Parameter('waveform', value='csv')])[0]
     assert not result.successful
     assert 'none.csv' in result.reason
     assert node.values['waveform'] == 'constant'
     assert node.get_parameter('waveform').value == 'constant'
+
+
+@pytest.mark.parametrize(
+    ('make', 'name'),
+    [
+        (Recorder, 'path'),
+        (Recorder, 'scenario'),
+        (Recorder, 'scenario_name'),
+        (SpikeMonitor, 'scenario'),
+        (StimulusNode, 'file'),
+    ],
+)
+def test_no_other_process_says_which_files_a_node_reads_and_writes(bench, tmp_path, make, name):
+    """Whoever reaches a node can set its parameters; whoever starts it alone names its files."""
+    arguments = [f'path:={tmp_path / "bag"}'] if make is Recorder else []
+    node = bench.add(make, *arguments, start=False)
+    client = bench.peer.create_client(SetParameters, f'{node.get_name()}/set_parameters')
+    bench.until(client.service_is_ready)
+    before = node.get_parameter(name).value
+
+    def told(value):
+        wanted = Parameter(name, value=value).to_parameter_msg()
+        future = client.call_async(SetParameters.Request(parameters=[wanted]))
+        bench.until(future.done)
+        return future.result().results[0]
+
+    refused = told('/etc/hostname')
+    assert not refused.successful
+    assert refused.reason.endswith(f'start it anew with -p {name}:=VALUE')
+    assert node.get_parameter(name).value == node.values[name] == before
+    assert told(before).successful  # so that what was dumped can be loaded again
+
+
+def test_a_recorder_whose_bag_is_deleted_says_so_and_stops(bench, tmp_path):
+    recorder = bench.add(Recorder, "signals:=['v']", f'path:={tmp_path / "bag"}')
+    heard = bench.heard(DiagnosticArray, '/diagnostics')
+    bench.add(StimulusNode)
+    bench.until(lambda: recorder.recorded['v'] > 10)
+    shutil.rmtree(tmp_path / 'bag')
+    bench.until(lambda: recorder.fault is not None)
+    assert recorder.stage == 'unconfigured'
+    assert recorder.fault.startswith(f'bag {tmp_path / "bag"} was deleted or moved while')
+
+    def said():
+        return [s for m in heard for s in m.status if s.name == '/recorder: recorder']
+
+    bench.until(lambda: said() and said()[-1].level == DiagnosticStatus.ERROR)
+    assert said()[-1].message == recorder.fault
+    assert not (tmp_path / 'bag').exists()

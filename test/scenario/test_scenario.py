@@ -507,3 +507,30 @@ def test_a_further_file_may_name_nodes_with_their_namespace_or_without(key):
 def test_what_comes_later_in_a_file_wins_as_in_ros():
     text = 'plant: {ros__parameters: {k: 2}}\n/**: {ros__parameters: {k: 3}}\n'
     assert parse(text, 'mine').nodes['plant']['k'] == 3.0
+
+
+def test_a_file_counts_from_the_file_that_names_it(tmp_path, monkeypatch):
+    """From wherever it is read, and when it is written elsewhere; -p counts from here."""
+    inner = tmp_path / 'inner'
+    inner.mkdir()
+    (inner / 'v.csv').write_text('t,v\n0,0.25\n')
+    text = (
+        '{}: {{ros__parameters: {{waveform: csv, file: v.csv}}}}\nplant: {{ros__parameters: {{}}}}'
+    )
+    monkeypatch.chdir(tmp_path)
+    for key in ('stimulus', '/**/stimulus', '/r1/stimulus_2'):
+        (inner / 'mine.yaml').write_text(text.format(key))
+        scenario = load('inner/mine.yaml')
+        (stimulus,) = scenario.stimuli.values()
+        assert stimulus(3.0) == 0.25
+        (again,) = parse(scenario.to_yaml(), 'copy').stimuli.values()
+        assert again == stimulus
+    more = with_file(load('open'), text.format('stimulus'), 'more', base=inner)
+    assert more.nodes['stimulus']['file'] == str(inner / 'v.csv')
+    given = load('open', ['stimulus.file:=inner/v.csv', 'stimulus.waveform:=csv'])
+    assert given.nodes['stimulus']['file'] == str(inner / 'v.csv')
+
+
+def test_a_file_of_another_package_is_its_own_matter():
+    text = 'stimulus: {ros__parameters: {package: theirs, executable: x, file: v.csv}}'
+    assert parse(text, 'mine').nodes['stimulus']['file'] == 'v.csv'
