@@ -53,6 +53,9 @@ class EventDetector:
         self._value = 0.0
         self._rise: float | None = None
         """When a rise began that is not yet known to be an event."""
+        self._up: float | None = None
+        """When the signal rose that has not been at reset since."""
+        self._longest = 0.0
         self._ready = -math.inf
         """The end of the dead time."""
 
@@ -68,13 +71,21 @@ class EventDetector:
             self._armed = value < self.threshold
         elif self._armed and value >= self.threshold:
             self._armed = False
-            rise = self._crossing(self.threshold, t, value)
+            self._up = rise = self._crossing(self.threshold, t, value)
             self._rise = rise if rise >= self._ready else None
         event = None if self._rise is None else self._confirmed(self._rise, t, value)
         if value <= self.reset:
-            self._armed, self._rise = True, None
+            if self._up is not None:
+                self._longest = max(self._longest, self._crossing(self.reset, t, value) - self._up)
+            self._armed, self._rise, self._up = True, None, None
         self._t, self._value = t, value
         return event
+
+    @property
+    def longest(self) -> float:
+        """How long the longest rise has lasted, event or not, one that goes on too; 0: none."""
+        lasting = 0.0 if self._up is None or self._t is None else self._t - self._up
+        return max(self._longest, lasting)
 
     def _confirmed(self, rise: float, t: float, value: float) -> float | None:
         """Return the time of the pending rise, and count it, if it has lasted long enough."""

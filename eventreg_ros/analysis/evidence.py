@@ -77,14 +77,20 @@ def coverage_of(signal: Signal, blind: float) -> Coverage | None:
     t = signal.t if keep.all() else signal.t[keep]
     if len(t) == 0:
         return None
-    apart = np.diff(t)
-    wide = np.flatnonzero(apart > blind)
+    wide = np.flatnonzero(np.diff(t) > blind)
     gaps = tuple(zip(t[wide].tolist(), t[wide + 1].tolist(), strict=True))
-    rest = len(apart) - len(gaps)
-    seen = float(t[-1] - t[0]) - sum(b - a for a, b in gaps)
+    return coverage(float(t[0]), float(t[-1]), gaps, len(t), len(signal.x) - len(t))
+
+
+def coverage(
+    first: float, last: float, gaps: tuple[Span, ...], samples: int, not_finite: int
+) -> Coverage:
+    """Return when a signal was seen that had so many finite ``samples`` and these ``gaps``."""
+    close = samples - 1 - len(gaps)
+    unseen = sum(b - a for a, b in gaps)
     # Where every sample is far from the next, that is how the signal comes.
-    period = seen / rest if rest else float(np.median(apart)) if len(apart) else None
-    return Coverage(float(t[0]), float(t[-1]), gaps, period, len(signal.x) - len(t))
+    length, steps = (last - first - unseen, close) if close else (unseen, len(gaps))
+    return Coverage(first, last, gaps, length / steps if steps else None, not_finite)
 
 
 def gather(
@@ -93,14 +99,14 @@ def gather(
     span: Span,
     end: float,
     findings: Sequence[Finding] = (),
-    spike: float | None = None,
+    rises: Mapping[str, float] | None = None,
 ) -> Evidence:
     """Return the evidence for a verdict on ``span``, of a recording that ends at ``end``.
 
     ``coverage`` is that of each signal that is there. ``findings`` are the reader's, in model time;
-    ``spike`` is how long the disturbance's spikes last (model time), None where that is not known.
+    ``rises`` says how long the longest spike of each signal lasts (model time), where it has any.
     """
-    blind = subject.criteria.blind
+    blind, spike = subject.criteria.blind, _spike(subject, rises or {})
     unseen = {name: _unseen(coverage.get(name), span, blind) for name in subject.needed}
     warnings = [*findings]
     if subject.duration is not None and end < subject.duration - blind:
@@ -113,6 +119,15 @@ def gather(
         unseen={name: stretches for name, stretches in unseen.items() if stretches},
         warnings=tuple(warnings),
     )
+
+
+def _spike(subject: Subject, rises: Mapping[str, float]) -> float | None:
+    """Return how long the longest spike of the disturbances lasts; None without any.
+
+    The longest, since noise makes short ones.
+    """
+    names = {name for plant in subject.plants for name in plant.disturbances}
+    return max((rises[name] for name in names if name in rises), default=0.0) or None
 
 
 def _unseen(coverage: Coverage | None, span: Span, blind: float) -> tuple[Span, ...]:

@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 from ..models.roles import SIGNALS
 from ..scenario import Criteria, parse
 from .decision import Decision, PlantDecision, decide, summary
-from .evidence import Coverage, Evidence, gather
+from .evidence import Coverage, Evidence, coverage, gather
 from .signal import Span, is_of
 from .subject import Subject, subject_by_name, subject_of
 
@@ -106,11 +106,17 @@ class LiveJudge:
         """Return the model time at ``t`` seconds; before the first sample 0."""
         return 0.0 if self._since is None else self._base + (t - self._since) * self._scale
 
-    def verdict(self, now: float) -> LiveVerdict:
-        """Return the verdict so far, at ``now`` seconds."""
+    def verdict(self, now: float, rises: Mapping[str, float] | None = None) -> LiveVerdict:
+        """Return the verdict so far, at ``now`` seconds.
+
+        ``rises`` says how long the longest spike of each signal has lasted, in seconds, where it
+        has any.
+        """
         t, settle = self.model_time(now), self._subject.criteria.settle
         coverage = {name: watch.coverage for name, watch in self._seen.items()}
-        evidence = gather(self._subject, coverage, (settle, max(settle, t)), t)
+        longest = {name: seconds * self._scale for name, seconds in (rises or {}).items()}
+        span = (settle, max(settle, t))
+        evidence = gather(self._subject, coverage, span, t, rises=longest)
         plants = decide(self._subject, self._events, evidence)
         return LiveVerdict(t, summary(plants), plants, evidence, self.margin_used)
 
@@ -128,7 +134,7 @@ class _Watch:
         self._last = 0.0
         self._gaps: list[Span] = []
         self._not_finite = 0
-        self._count, self._length = 0, 0.0
+        self._samples = 0
 
     def saw(self, t: float, value: float) -> None:
         """Take a sample."""
@@ -139,9 +145,7 @@ class _Watch:
             self._first = t
         elif t - self._last > self._blind:
             self._gaps.append((self._last, t))
-        else:
-            self._count += 1
-            self._length += t - self._last
+        self._samples += 1
         self._last = t
 
     @property
@@ -150,10 +154,7 @@ class _Watch:
         if self._first is None:
             return None
         gaps = tuple(self._gaps)
-        period = self._length / self._count if self._count else None
-        if period is None and gaps:
-            period = sum(b - a for a, b in gaps) / len(gaps)
-        return Coverage(self._first, self._last, gaps, period, self._not_finite)
+        return coverage(self._first, self._last, gaps, self._samples, self._not_finite)
 
 
 def _is_ours(signal: str) -> bool:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -121,7 +121,8 @@ def judge(
         for name, each in found.items()
     }
     coverage = {name: _coverage(signals, name, criteria.blind) for name in subject.needed}
-    evidence = gather(subject, coverage, span, end, findings, _spike(found, subject.plants))
+    widths = {name: float(each.width.max(initial=0.0)) for name, each in found.items()}
+    evidence = gather(subject, coverage, span, end, findings, widths)
     plants = decide(subject, events, evidence, lenient=lenient)
     reports = tuple(_report(each, signals, span) for each in plants)
     decision: Decision = summary(plants)
@@ -169,16 +170,6 @@ def _events(found: Rises, subject: Subject) -> list[float]:
 
 def _coverage(signals: Signals, name: str, blind: float) -> Coverage | None:
     return coverage_of(Signal(*signals[name]), blind) if name in signals else None
-
-
-def _spike(found: Mapping[str, Rises], plants: Iterable[JudgedPlant]) -> float | None:
-    """Return how long the longest spike of the disturbances lasts; None without any.
-
-    The longest, since noise makes short ones.
-    """
-    names = {name for plant in plants for name in plant.disturbances if name in found}
-    widths = [found[name].width.max(initial=0.0) for name in names]
-    return max(map(float, widths), default=0.0) or None
 
 
 def _report(decision: PlantDecision, signals: Signals, span: Span) -> PlantReport:

@@ -14,7 +14,7 @@ from ..analysis.verdict import Report
 from ..bags.files import newest
 from ..errors import EventregError
 from ..scenario.table import TIME_SCALE
-from .arguments import add_reading, add_span, add_window, warn
+from .arguments import add_blind, add_reading, add_span, add_window, warn
 from .report_outputs import ReportOutputs, add_report_outputs, recorded_page
 
 
@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_report_outputs(parser)
     add_window(parser)
     add_span(parser)
+    add_blind(parser)
 
 
 def main(args: argparse.Namespace) -> int:

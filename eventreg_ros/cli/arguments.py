@@ -92,6 +92,15 @@ def add_window(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def add_blind(parser: argparse.ArgumentParser) -> None:
+    """Add --blind."""
+    parser.add_argument(
+        '--blind', type=positive, metavar='T',
+        help='model time without a sample after which a signal counts as unseen '
+        f"(the scenario's, or {BLIND:g})",
+    )  # fmt: skip
+
+
 def add_span(parser: argparse.ArgumentParser) -> None:
     """Add what else decides of a recording what is judged, and how strictly."""
     parser.add_argument(
@@ -101,11 +110,6 @@ def add_span(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--until', type=positive, metavar='T',
         help='model time after which nothing is judged (the end)',
-    )  # fmt: skip
-    parser.add_argument(
-        '--blind', type=positive, metavar='T',
-        help='model time without a sample after which a signal counts as unseen '
-        f"(the scenario's, or {BLIND:g})",
     )  # fmt: skip
     parser.add_argument(
         '--lenient', action='store_true',

@@ -13,6 +13,7 @@ from ..session.live import LiveRun, bag_of, check, run, usual_duration
 from . import live_timing
 from .arguments import (
     add_at,
+    add_blind,
     add_link,
     add_scenario,
     add_window,
@@ -56,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_at(parser, 'S', 'seconds')
     add_report_outputs(parser)
     add_window(parser)
+    add_blind(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -80,6 +82,7 @@ def main(args: argparse.Namespace) -> int:
         network=args.network,
         settle=args.settle,
         window=args.window,
+        blind=args.blind,
     )
     return show(found, outputs, args.timing)
 

@@ -13,6 +13,7 @@ from ..errors import EventregError
 from ..files import need_writable
 from .arguments import (
     add_at,
+    add_blind,
     add_scenario,
     add_window,
     load_scenario,
@@ -68,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--bag', type=Path, metavar='DIR', help='write the signals as a rosbag2')
     add_report_outputs(parser)
     add_window(parser)
+    add_blind(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -80,7 +82,7 @@ def main(args: argparse.Namespace) -> int:
     _ = scenario.rate, scenario.time_scale  # raises unless all nodes, stimulus too, agree
     duration = _duration(args, scenario)
     run = simulate(scenario, duration, sampled=args.sampled, at=args.at, **impairments)
-    report = judge(run, args.settle, args.window)
+    report = judge(run, args.settle, args.window, blind=args.blind)
     print(table(report), flush=True)
     warn(report.evidence.warnings)
     _tell_rounding(args.delay, scenario)
@@ -142,7 +144,7 @@ def _write(args: argparse.Namespace, run: Run) -> None:
 
         write_signals(args.out, run.t, run.signals)
     if args.bag is not None:
-        run.to_bag(args.bag, settle=args.settle, window=args.window)
+        run.to_bag(args.bag, settle=args.settle, window=args.window, blind=args.blind)
 
 
 def _page(run: Run, report: Report) -> ReportPage:

@@ -179,7 +179,8 @@ class SpikeMonitor(ManagedNode):
         """Publish the verdict so far."""
         if self.stage != ACTIVE:
             return
-        found = self.judge.verdict(self._seconds(self._now()))
+        rises = {signal: detector.longest for signal, detector in self.detectors.items()}
+        found = self.judge.verdict(self._seconds(self._now()), rises)
         decision = found.decision
         status = DiagnosticStatus(
             level=LEVELS[decision.verdict],

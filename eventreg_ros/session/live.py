@@ -102,6 +102,7 @@ def run(
     at: Sequence[str] = (),
     settle: float | None = None,
     window: float | None = None,
+    blind: float | None = None,
     network: bool = False,
 ) -> LiveRun:
     """Start the nodes of ``scenario``, record for ``duration`` seconds, and judge the bag.
@@ -109,8 +110,8 @@ def run(
     Without a duration for as long as :func:`usual_duration` says. The nodes are processes of their
     own, or with ``composed`` one; in ``lockstep`` they go as fast as they can and ``duration`` is
     simulated time. ``at`` holds interventions as texts ``S:NODE.PARAM:=VALUE``, ``S:NODE:activate``
-    or ``S:NODE:deactivate``, S in seconds, before the end. ``settle`` and ``window``, in model
-    time, replace the scenario's, in the bag too. Raises EventregError when the run cannot be
+    or ``S:NODE:deactivate``, S in seconds, before the end. ``settle``, ``window`` and ``blind``, in
+    model time, replace the scenario's, in the bag too. Raises EventregError when the run cannot be
     started, or when its bag cannot be judged though nothing went wrong during it.
 
     The nodes keep to the loopback: nobody else on the network sees them or can set them, unless the
@@ -118,7 +119,7 @@ def run(
     """
     path = Path(bag) if bag is not None else bag_of(scenario)
     check(scenario, path)
-    scenario = scenario.with_criteria(settle=settle, window=window)
+    scenario = scenario.with_criteria(settle=settle, window=window, blind=blind)
     duration = usual_duration(scenario) if duration is None else duration
     end = duration * scenario.time_scale
     need_span(scenario.criteria, end, settle=settle, until=None)

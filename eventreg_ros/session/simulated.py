@@ -101,13 +101,14 @@ class Run(Judged):
         *,
         settle: float | None = None,
         window: float | None = None,
+        blind: float | None = None,
     ) -> None:
         """Write a rosbag2, as a recorder would: signals, scenario, and what was changed.
 
-        ``settle`` and ``window`` replace the scenario's in the bag. Raises BagError.
+        ``settle``, ``window`` and ``blind`` replace the scenario's in the bag. Raises BagError.
         """
         stamps = TickGrid(self.scenario.rate).stamps(len(self.t))
-        scenario = self.scenario.with_criteria(settle=settle, window=window)
+        scenario = self.scenario.with_criteria(settle=settle, window=window, blind=blind)
         changes = []
         for each in self.interventions:
             stamp = round(each.at / self.scenario.time_scale * 1e9)

@@ -64,6 +64,15 @@ def test_offline_is_live_to_the_last_bit(signal, limits, refractory, min_width):
 
 @hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS)
+def test_the_longest_rise_is_the_widest(signal, limits):
+    detector = EventDetector(*limits)
+    for t, x in zip(*signal, strict=True):
+        detector.push(t, x)
+    assert detector.longest == rises(*signal, *limits).width.max(initial=0.0)
+
+
+@hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
+@hypothesis.given(signals(), LIMITS)
 def test_without_width_and_dead_time_nothing_is_new(signal, limits):
     expected = first_detector(*signal, *limits)
     assert detect(*signal, *limits) == live(*signal, *limits) == expected

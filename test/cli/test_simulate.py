@@ -163,3 +163,9 @@ def test_a_short_run_imports_neither_numba_nor_ros():
     )
     result = subprocess.run([sys.executable, '-c', code], stdout=subprocess.DEVNULL, check=False)
     assert result.returncode == 0
+
+
+def test_blind_reaches_verdict_and_bag(tmp_path):
+    assert run('exact', '--blind', 0.01, '--bag', tmp_path / 'bag') == 3
+    assert run('exact', '--blind', 0.3) == 0
+    assert analyze(tmp_path / 'bag').criteria.blind == 0.01
