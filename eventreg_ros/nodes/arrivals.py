@@ -7,6 +7,7 @@ import math
 from typing import Protocol
 
 from ..control.predicting_block import Heard
+from ..runtime.figures import LEAD
 from ..runtime.stamped_input import GUARD
 from ..runtime.tick_grid import SECOND
 from ..runtime.waiting_input import WaitingInput
@@ -79,4 +80,4 @@ class StampedArrivals(StampedInputs):
                     f'/**.lead:={self.lead.needed(delay):g}'
                 )
                 found.append(Status(WARN, words, {}))
-        return found or [Status(OK, '', {'lead': f'{self.lead.lead:g}'})]
+        return found or [Status(OK, '', {LEAD: f'{self.lead.lead:g}'})]

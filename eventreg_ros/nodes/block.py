@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter
 from ..control.adaptive import GAIN, LARGEST, paused
 from ..control.predicting_block import PredictingBlock
 from ..runtime.cdr import packed
+from ..runtime.figures import LEARNING
 from ..scenario import block_spec
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
@@ -166,7 +167,7 @@ class BlockNode(SignalNode):
         if not self.learned:
             return Status(level, message, values)
         learning = 'paused' if self.inputs.quiet else 'on'
-        values = {**values, 'learning': learning, **self.learned}
+        values = {**values, LEARNING: learning, **self.learned}
         if level == OK and self.values[GAIN] > LARGEST:
             words = f'{GAIN} {self.values[GAIN]:g} is above {LARGEST:g}: it need not converge'
             return Status(WARN, words, values)

@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, UInt64
 from std_srvs.srv import Trigger
 
-from ..runtime.figures import STEP
+from ..runtime.figures import GRANTED, STEP, WAITING_FOR
 from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario.parameter import ACTIVE
@@ -197,8 +197,7 @@ class ClockNode(ManagedNode):
     def report(self) -> Status:
         """Return the step, the grant, and who is behind; WARN while somebody is not there yet."""
         at = self.now_at
-        values: dict[str, object] = {STEP: at, 'granted': self.granted}
-        values['waiting_for'] = ' '.join(self.behind())
+        values = {STEP: at, GRANTED: self.granted, WAITING_FOR: ' '.join(self.behind())}
         if at < 0 and self.reached:
             return Status(WARN, f'waiting for {", ".join(self.behind())}', values)
         return Status(OK, 'paused' if self.paused else 'running', values)

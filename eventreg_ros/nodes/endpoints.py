@@ -14,6 +14,7 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from ..runtime.figures import publishers_of, subscribers_of
 from ..scenario.qos import Endpoint
 from .info import received_at
 from .ros import RCLError, with_info
@@ -148,9 +149,9 @@ class Endpoints(LifecycleNode):
 
     def matches(self) -> dict[str, int]:
         """Return how many peers each publisher and subscription of a signal is matched with."""
-        heard = {f'{t}.publishers': s.get_publisher_count() for t, s in self.sources.items()}
+        heard = {publishers_of(t): s.get_publisher_count() for t, s in self.sources.items()}
         return heard | {
-            f'{topic}.subscribers': sink.get_subscription_count()
+            subscribers_of(topic): sink.get_subscription_count()
             for topic, sink in self.sinks.items()
             if not topic.startswith('spikes/')
         }

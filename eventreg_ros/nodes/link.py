@@ -12,6 +12,7 @@ from dataclasses import fields
 from typing import Any
 
 from ..runtime.cdr import age_of, with_age
+from ..runtime.figures import LinkFigures
 from ..runtime.relay import Impairment, Relay
 from ..runtime.tick_grid import SECOND
 from .info import received_at
@@ -90,20 +91,21 @@ class LinkNode(ManagedNode):
     def report(self) -> Status:
         """Return the counts since activation, and delay and error since the last report."""
         wire = self.wire
-        values: dict[str, object] = {
-            'received': wire.received,
-            'sent': wire.sent,
-            'dropped': wire.dropped,
-            'duplicated': wire.duplicated,
-            'overtaken': wire.overtaken,
-            'in_flight': wire.in_flight,
-        }
-        for name, times in (('delay', self._delays), ('error', self._errors)):
+        measured = []
+        for times in (self._delays, self._errors):
             times.sort()
-            for part in (50, 99):
-                values[f'{name}_p{part}'] = percentile(times, part)
+            measured += [percentile(times, part) for part in (50, 99)]
             times.clear()
-        return Status(OK, 'relaying', values)
+        figures = LinkFigures(
+            wire.received,
+            wire.sent,
+            wire.dropped,
+            wire.duplicated,
+            wire.overtaken,
+            wire.in_flight,
+            *measured,
+        )
+        return Status(OK, 'relaying', figures._asdict())
 
 
 def impairment(values: dict[str, Any]) -> Impairment:

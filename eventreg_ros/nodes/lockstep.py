@@ -15,7 +15,7 @@ from typing import Any
 from rclpy.time import Time
 from std_msgs.msg import Header, UInt64
 
-from ..runtime.figures import STEP
+from ..runtime.figures import GRANTED, STEP
 from ..runtime.reached import signature
 from ..runtime.tick_grid import TickGrid
 from ..scenario.parameter import UNCONFIGURED
@@ -160,5 +160,5 @@ class Lockstep:
 
     def report(self) -> Status:
         """Return the step reached and the steps granted."""
-        values: dict[str, Any] = {STEP: self.n, 'granted': self.participant.granted}
-        return Status(OK, 'in lockstep', values)
+        granted = self.participant.granted
+        return Status(OK, 'in lockstep', {STEP: self.n, GRANTED: granted})

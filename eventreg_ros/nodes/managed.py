@@ -13,6 +13,7 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 
 from ..errors import EventregError, ParameterError
+from ..runtime.figures import STATE
 from ..scenario.names import kind_of
 from ..scenario.parameter import ACTIVE, INACTIVE, START, UNCONFIGURED, Parameter
 from ..scenario.parameters import completed, parameters_of
@@ -287,7 +288,7 @@ class ManagedNode(Endpoints):
             status = Status(ERROR, self.fault, {})
         elif self.stage == ACTIVE:
             status = self.report()
-        values = {'state': self.stage, **self.matches(), **status.values}
+        values = {STATE: self.stage, **self.matches(), **status.values}
         return DiagnosticStatus(
             level=status.level,
             name=f'{self.get_fully_qualified_name()}: {self.kind}',

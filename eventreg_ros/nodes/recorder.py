@@ -13,6 +13,7 @@ from typing import Any
 
 from ..bags.writer import BagWriter
 from ..errors import BagError
+from ..runtime.figures import recorded_of
 from ..runtime.sequenced_input import flaw
 from ..scenario.parameter import ACTIVE
 from .changes import Change, ChangeTap
@@ -191,7 +192,7 @@ class Recorder(ManagedNode):
 
     def report(self) -> Status:
         """Return the number of messages recorded per topic."""
-        recorded = {f'{name}.recorded': n for name, n in self.recorded.items()}
+        recorded = {recorded_of(name): n for name, n in self.recorded.items()}
         return Status(OK, 'recording', recorded)
 
 

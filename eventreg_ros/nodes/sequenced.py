@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ..runtime.cdr import unpacked
+from ..runtime.figures import received_of
 from ..runtime.sequenced_input import SequencedInput
 from .endpoints import InfoCallback
 from .info import number_of
@@ -71,4 +72,4 @@ class SequencedInputs:
     def report(self) -> list[Status]:
         """Return how many samples came."""
         pairs = zip(self.signals, self.samples, strict=True)
-        return [Status(OK, '', {f'{signal}.received': s.received for signal, s in pairs})]
+        return [Status(OK, '', {received_of(signal): s.received for signal, s in pairs})]

@@ -18,7 +18,7 @@ from std_msgs.msg import Header, UInt64
 from ..analysis.events import EventDetector
 from ..analysis.live import LiveJudge
 from ..runtime.cdr import unpacked
-from ..runtime.figures import MARGIN_USED
+from ..runtime.figures import MARGIN_USED, events_of
 from ..runtime.sequenced_input import flaw
 from ..runtime.tick_grid import SECOND
 from ..scenario import Criteria
@@ -192,7 +192,7 @@ class SpikeMonitor(ManagedNode):
 
     def report(self) -> Status:
         """Return the counts."""
-        counts = {f'{signal}.count': d.count for signal, d in self.detectors.items()}
+        counts = {events_of(signal): d.count for signal, d in self.detectors.items()}
         return Status(OK, 'counting', counts)
 
 

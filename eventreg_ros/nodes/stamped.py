@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from ..runtime.cdr import age_of, unpacked
 from ..runtime.duration_histogram import DurationHistogram
-from ..runtime.figures import MARGIN_USED, InputFigures
+from ..runtime.figures import MARGIN_USED, InputFigures, lead_figures
 from ..runtime.stamped_input import Dropped, StampedInput
 from ..runtime.tick_grid import SECOND
 from ..runtime.waiting_input import WaitingInput
@@ -180,7 +180,7 @@ class StampedInputs:
                 continue
             more, self._late[i] = samples.late - self._late[i], samples.late
             delay = self.delays[i].take_recent()
-            figures = {f'{signal}.late': samples.late, f'{signal}.lead': f'{self.lead.lead:g}'}
+            figures = lead_figures(signal, samples.late, self.lead.lead)
             words = self.lead.complaint(signal, delay, more) if more else ''
             found.append(Status(WARN if more else OK, words, figures))
         return found

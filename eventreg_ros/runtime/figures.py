@@ -9,12 +9,52 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-STEP = 'step'
+STATE = 'state'
+"""The state of the node's life, in every node."""
+
+STEP, GRANTED, WAITING_FOR = 'step', 'granted', 'waiting_for'
+"""In lockstep: the step reached, the last one that may be made, and who all others wait for."""
+
+LEARNING = 'learning'
+LEAD = 'lead'
 MARGIN_USED = 'margin_used'
 """The part of the delay margin that the largest delay of the last second takes."""
 
 LATE = 'the last second had a tick'
 """How the message begins that a node's ticks were late."""
+
+
+def publishers_of(topic: str) -> str:
+    """Return the key of how many publishers the subscription of ``topic`` is matched with."""
+    return f'{topic}.publishers'
+
+
+def subscribers_of(topic: str) -> str:
+    """Return the key of how many subscriptions the publisher of ``topic`` is matched with."""
+    return f'{topic}.subscribers'
+
+
+def received_of(signal: str) -> str:
+    """Return the key of how many samples of an input came."""
+    return f'{signal}{_RECEIVED}'
+
+
+_RECEIVED = '.received'
+
+
+def events_of(signal: str) -> str:
+    """Return the key of how many events a spike monitor has counted."""
+    return f'{signal}.count'
+
+
+def recorded_of(topic: str) -> str:
+    """Return the key of how many messages a recorder has written."""
+    return f'{topic}.recorded'
+
+
+def lead_figures(signal: str, late: int, lead: float) -> dict[str, object]:
+    """Return what an input has that waits for its time: the samples too late, and the lead."""
+    return {f'{signal}.late': late, f'{signal}.{LEAD}': f'{lead:g}'}
 
 
 class Percentiles(NamedTuple):
@@ -67,6 +107,21 @@ class TickFigures(NamedTuple):
         return cls(step, caught_up, dropped, jumps, overruns, lateness)
 
 
+class LinkFigures(NamedTuple):
+    """What a link did since it was activated, in samples, and how punctually (nanoseconds)."""
+
+    received: int
+    sent: int
+    dropped: int
+    duplicated: int
+    overtaken: int
+    in_flight: int
+    delay_p50: object
+    delay_p99: object
+    error_p50: object
+    error_p99: object
+
+
 class InputFigures(NamedTuple):
     """How the samples of one input came: counts, and durations where there are samples.
 
@@ -112,6 +167,6 @@ class InputFigures(NamedTuple):
 
 def inputs_in(values: Mapping[str, str]) -> dict[str, InputFigures]:
     """Return the figures of every input that a node reported, by signal."""
-    signals = [key.removesuffix('.received') for key in values if key.endswith('.received')]
+    signals = [key.removesuffix(_RECEIVED) for key in values if key.endswith(_RECEIVED)]
     found = {signal: InputFigures.read(values, signal) for signal in signals}
     return {signal: figures for signal, figures in found.items() if figures is not None}

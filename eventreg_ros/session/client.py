@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 from ..errors import EventregError
 from ..nodes import topics
 from ..nodes.ros import RCLError, make_executor
-from ..runtime.figures import STEP
+from ..runtime.figures import STEP, publishers_of, subscribers_of
 from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
 from ..scenario import Scenario
@@ -127,7 +127,7 @@ class Client:
         while time.monotonic() < end:
             self.alive()
             self.wait(0.05)
-            now_present = self._present()
+            now_present = set(self._present())
             if now_present != present:
                 present, end = now_present, time.monotonic() + LOOK
         clash = sorted(f'/{node}' for node in nodes if f'/{node}' in present)
@@ -141,9 +141,13 @@ class Client:
                 'disturb each other; stop them, or unset ROS_DOMAIN_ID for a domain of its own'
             )
 
-    def _present(self) -> set[str]:
+    def _present(self) -> list[str]:
         found = self._node.get_node_names_and_namespaces()
-        return {f'{space.rstrip("/")}/{name}' for name, space in found}
+        return [f'{space.rstrip("/")}/{name}' for name, space in found]
+
+    def namesakes(self, node: str) -> int:
+        """Return how many nodes of this name there are."""
+        return self._present().count(f'/{node}')
 
     def seen(self, node: str) -> dict[str, str]:
         """Return what ``node`` said of itself last: keys and values of its diagnostics."""
@@ -307,13 +311,13 @@ def expected_matches(scenario: Scenario) -> dict[str, dict[str, int]]:
     expected: dict[str, dict[str, int]] = {}
     for node, values in scenario.nodes.items():
         full = {name: scenario.signal(node, name) for name in scenario.heard_by(node)}
-        found = {f'{name}.publishers': 1 for name, signal in full.items() if signal in published}
+        found = {publishers_of(name): 1 for name, signal in full.items() if signal in published}
         if node in scenario.of_kind('recorder') and not values['lockstep']:
             counted = [name for name, signal in full.items() if signal in monitored]
-            found |= {f'spikes/{name}/count.publishers': 1 for name in counted}
+            found |= {publishers_of(topics.COUNT.of(name)): 1 for name in counted}
         home = scenario.name_of(node).namespace
         for signal in scenario.published_by(node):
             name = signal.removeprefix(f'{home}/') if home else signal
-            found[f'{name}.subscribers'] = listened[signal]
+            found[subscribers_of(name)] = listened[signal]
         expected[node] = found
     return expected

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ..errors import EventregError
 from ..files import scratch_directory
 from ..nodes.environment import domain_of
+from ..runtime.figures import WAITING_FOR
 from ..scenario import Scenario
 from ..scenario.interventions import Intervention
 from ..scenario.names import kind_of
@@ -82,6 +83,8 @@ class Session:
         self._elapsed: Callable[[], float] = lambda: 0.0
         self._gone: set[str] = set()
         """The nodes that died and have not been heard since; one may be started again by hand."""
+        self._left: set[str] = set()
+        """Those of them whose name is not in the graph any more."""
         self.started = False
         self.over = False
         """Whether what died makes going on pointless."""
@@ -219,6 +222,7 @@ class Session:
             client.wait(0.1 if self.lockstep else self._pause(now))
             self._interruption.look()
             self._tell_deaths(client)
+            self._note_returns(client)
             self._intervene(client, elapsed())
             self._note_faults(client)
             if self.lockstep:
@@ -270,12 +274,25 @@ class Session:
         """Raise EventregError when ``node`` died and was not started again."""
         self._interruption.look()
         self._tell_deaths(client)
-        if node in self._gone and client.take_heard(node):
-            self._gone.discard(node)
+        self._note_returns(client)
         if node in self._gone:
             raise EventregError(f'{node} {self.processes.died[node]}')
         if self.over:
             raise EventregError('the run was over')
+
+    def _note_returns(self, client: Client) -> None:
+        """Note who was started again: by its diagnostics, or by its name, which it had left.
+
+        DDS keeps the name of a node that was killed for a while; then there are two of it.
+        """
+        for node in tuple(self._gone):
+            names = client.namesakes(node)
+            back = names > 1 or (names and node in self._left)
+            if client.take_heard(node) or back:
+                self._gone.discard(node)
+                self._left.discard(node)
+            elif not names:
+                self._left.add(node)
 
     def _not_done(self, each: Intervention, why: str) -> None:
         line = f'--at {each.text} was not done: {why}'
@@ -314,7 +331,7 @@ class Session:
         if self._silent > SILENCE:
             self.troubles.append(f'clock has said nothing for {self._silent:.0f} s; it was stopped')
         elif self._without_step > FIRST_STEP:
-            missing = client.seen('clock').get('waiting_for') or 'the clock'
+            missing = client.seen('clock').get(WAITING_FOR) or 'the clock'
             self.troubles.append(f'no step within {FIRST_STEP:g} s: {missing} did not come so far')
 
 

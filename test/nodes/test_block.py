@@ -71,7 +71,7 @@ def test_whole_numbers_are_doubles_and_the_last_override_wins(bench):
         ('tau', math.nan, 'range'),
         ('gain', [1.0], 'length 2'),
         ('time_scale', 0.0, 'range'),
-        ('x0', [0.0, 0.0], 'inactive'),
+        ('x0', [1.0, 0.0], 'inactive'),
         ('rate', 100.0, 'inactive'),
         ('output', 'z', 'unconfigured'),
     ],

@@ -37,6 +37,12 @@ class Client:
     def __init__(self, session=None, dying=()):
         self.session, self.dying, self.heard = session, dying, set()
         self.done, self.patience = [], []
+        self.names = {}
+        """How many nodes of a name there are, at each look."""
+
+    def namesakes(self, node):
+        left = self.names.get(node, [1])
+        return left.pop(0) if len(left) > 1 else left[0]
 
     def take_heard(self, node):
         heard = node in self.heard
@@ -91,7 +97,7 @@ def test_in_lockstep_nobody_runs_on():
 AT = ['6:plant.k:=2', '7:controller.k:=2']
 
 
-def intervened(now, before=(), dying=(), heard=()):
+def intervened(now, before=(), dying=(), heard=(), names=(1,)):
     case = scenarios.load('exact')
     made = session(case, interventions=read_all(AT, case))
     client = Client(made, dying)
@@ -99,6 +105,9 @@ def intervened(now, before=(), dying=(), heard=()):
     made.processes.fresh = list(before)
     made._tell_deaths(client)
     client.heard.update(heard)
+    client.names = {'plant': list(names)}
+    for _ in names[1:]:
+        made._note_returns(client)
     made._intervene(client, now)
     return made, client
 
@@ -116,6 +125,23 @@ def test_a_node_that_was_started_again_is_asked():
     made, client = intervened(7.0, before=['plant'], heard=['plant'])
     assert client.done == AT
     assert len(made.troubles) == 1
+
+
+@pytest.mark.parametrize(
+    ('names', 'done'),
+    [
+        ([1], AT[1:]),
+        ([0], AT[1:]),
+        ([1, 0, 1], AT),
+        ([1, 2], AT),
+        ([2, 1], AT),
+        ([1, 0, 0], AT[1:]),
+    ],
+)
+def test_a_node_without_diagnostics_is_known_by_its_name(names, done):
+    made, client = intervened(7.0, before=['plant'], names=names)
+    assert client.done == done
+    assert (made._gone == set()) == (done == AT)
 
 
 @pytest.mark.parametrize(('now', 'patience'), [(7.0, 5.0), (11.9, 1.0)])
