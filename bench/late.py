@@ -139,7 +139,7 @@ def cost() -> None:
     u, y = [0.1] * 400, [0.1] * 400
     reader = Reader(lambda n, past: n - delay, lambda s, past: s, lambda s, past: y[s])
     step = make_predictor(OSCILLATOR, [reader], lambda s, past: u[s])
-    foresight = Foresight((2.0, 1 / 12), (1.0, 1 / 11), lead, 100, 4, 8.0)
+    foresight = Foresight((2.0, 1 / 12), (1.0, 1 / 11), lead, 100, 4, 8.0, (), 0.0)
     state = (0.5, 0.1, -0.5, 0.2, 0.1, 0.1, 59.0, 0.1, 1.0, 0.0)
     times = timeit.repeat(lambda: step(100, state, foresight, 0.05, None), number=100, repeat=50)
     value = checked('microseconds per step', min(times) * 1e4, high=LIMIT_US)

@@ -45,6 +45,7 @@ def start(context):
         scenario = scenarios.load(value('scenario')).with_links(value('link').split())
         if value('params_file'):
             scenario = merged(scenario, Path(value('params_file')), value('namespace'))
+        scenario = scenario.with_codings()
         if value('record').lower() in ('true', '1', 'yes', 'on'):
             text = stored(scratch / 'scenario' / f'{scenario.name}.yaml', scenario.to_yaml())
             scenario = scenario.with_recorder(value('bag'), str(text), monitor=False)

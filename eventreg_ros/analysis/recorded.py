@@ -16,10 +16,11 @@ from ..bags.recording import Recording
 from ..errors import BagError, EventregError
 from ..scenario import Criteria, Scenario
 from .changes import changes_of
+from .coded import as_received, codings
 from .export import to_dataframe, to_xarray
 from .signal import Signal, Signals
 from .subject import Subject, subject_by_name, subject_of
-from .timing import timing
+from .timing import Timing, timing
 from .verdict import Report, judge
 
 if TYPE_CHECKING:
@@ -51,9 +52,10 @@ class Analysis:
 
     @cached_property
     def signals(self) -> Signals:
-        """The signals over model time."""
-        found = self.recording.in_model_time(self.time_scale)
-        return {name: Signal(t, x) for name, (t, x) in found.items()}
+        """The signals over model time; those that were coded as their receivers knew them."""
+        read = self.recording.in_model_time(self.time_scale)
+        found: Signals = {name: Signal(t, x) for name, (t, x) in read.items()}
+        return as_received(found, self.scenario) if self.scenario else found
 
     @property
     def findings(self) -> list[Finding]:
@@ -71,8 +73,16 @@ class Analysis:
             findings=self.findings,
             changes=changes_of(self.recording, self.time_scale),
             lenient=self.lenient,
-            timings={name: timing(stamps) for name, (stamps, _) in self.recording.signals.items()},
+            timings=self._timings,
+            counts={name: len(stamps) for name, (stamps, _) in self.recording.signals.items()},
         )
+
+    @property
+    def _timings(self) -> dict[str, Timing]:
+        """How regularly each signal came; where not every sample is sent, no gap is known."""
+        coded = codings(self.scenario) if self.scenario else {}
+        found = {name: timing(stamps) for name, (stamps, _) in self.recording.signals.items()}
+        return {n: each._replace(gaps=0) if n in coded else each for n, each in found.items()}
 
     @property
     def duration(self) -> float:

@@ -8,12 +8,14 @@ from typing import Any
 from ..bags.finding import Finding
 from .evidence import Evidence
 from .learning import Learned
+from .messages import Messages, messages
 from .rejection import Rejection
 from .verdict import PlantReport, Report, SignalSummary
 
 
 def as_json(report: Report) -> dict[str, Any]:
     """Return what ``--json`` of simulate, run and analyze writes; times are model time."""
+    sent = messages(report)
     found: dict[str, Any] = {
         'scenario': report.scenario,
         'time_scale': report.time_scale,
@@ -25,7 +27,9 @@ def as_json(report: Report) -> dict[str, Any]:
         'rejection': _rejection(report.rejection),
         'residual': report.residual._asdict(),
         'synchronisation': report.synchronisation._asdict(),
-        'signals': {name: _signal(summary) for name, summary in report.signals.items()},
+        'signals': {
+            name: _signal(summary, sent.get(name)) for name, summary in report.signals.items()
+        },
     }
     if len(report.plants) > 1:
         found['plants'] = {each.plant.output: _plant(each) for each in report.plants}
@@ -64,7 +68,7 @@ def _learned(learned: Learned) -> dict[str, Any]:
     return {key: value for key, value in vars(learned).items() if key != 'signal'}
 
 
-def _signal(summary: SignalSummary) -> dict[str, Any]:
+def _signal(summary: SignalSummary, sent: Messages | None) -> dict[str, Any]:
     found: dict[str, Any] = {
         'samples': summary.samples,
         'min': summary.min,
@@ -73,4 +77,6 @@ def _signal(summary: SignalSummary) -> dict[str, Any]:
     }
     if summary.timing is not None:
         found['timing'] = summary.timing._asdict()
+    if sent is not None:
+        found['messages'] = sent._asdict()
     return found

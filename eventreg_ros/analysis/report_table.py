@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from . import changes, learning
+from . import changes, learning, messages
 from .signal import Size
 from .verdict import PlantReport, Report
 
@@ -15,6 +15,7 @@ def table(report: Report) -> str:
         lines += _plant(each, len(report.plants) > 1)
     lines += map(learning.words, report.learned)
     lines += [changes.words(report.changes)] if report.changes else []
+    lines += filter(None, [messages.words(report)])
     return '\n'.join([*lines, report.reason, f'verdict: {report.verdict}'])
 
 

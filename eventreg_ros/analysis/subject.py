@@ -29,7 +29,7 @@ class JudgedPlant(NamedTuple):
 
     ``output`` is compared with ``reference``, None where there is none. ``disturbances`` are the
     outputs of the exosystems, ``controls`` those of the controllers and ``stimuli`` those of the
-    stimuli that reach the plant.
+    stimuli that reach the plant. It plays the controls ``lead`` (model time) after they are made.
     """
 
     output: str
@@ -37,6 +37,7 @@ class JudgedPlant(NamedTuple):
     disturbances: tuple[str, ...] = ()
     controls: tuple[str, ...] = ()
     stimuli: tuple[str, ...] = ()
+    lead: float = 0.0
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -107,6 +108,7 @@ def _plant(scenario: Scenario, node: str, signals: Collection[str], alone: bool)
         of('exosystem', _W),
         of('controller', _U),
         of('stimulus', STIMULUS_OUTPUT),
+        scenario.nodes[node].get('lead', 0.0),
     )
 
 

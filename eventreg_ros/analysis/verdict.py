@@ -32,6 +32,7 @@ class SignalSummary:
     """One signal: its samples, its finite range, the model times of its events in the whole run."""
 
     samples: int
+    """How many there are; of a recorded signal, in how many messages it came."""
     min: float | None
     max: float | None
     events: tuple[float, ...]
@@ -102,13 +103,15 @@ def judge(
     findings: Sequence[Finding] = (),
     lenient: bool = False,
     timings: Mapping[str, Timing] | None = None,
+    counts: Mapping[str, int] | None = None,
     changes: Sequence[Change] = (),
 ) -> Report:
     """Return the report on ``signals``, by name, of a run of ``subject``.
 
     Judged is what lies from the subject's ``settle`` to ``until`` (None: the end). ``findings``
     are a reader's, with ``at`` in model time; ``lenient`` judges what was seen although they say
-    that something is missing. ``changes``, in model time, are noted. Raises EventregError when
+    that something is missing. ``counts`` are the messages in which recorded signals came, where a
+    signal has been made of few. ``changes``, in model time, are noted. Raises EventregError when
     there is no output of a plant to judge.
     """
     _need_outputs(signals, subject)
@@ -142,7 +145,7 @@ def judge(
         synchronisation=together([each.synchronisation for each in reports]),
         plants=reports,
         signals={
-            name: _summary(signals[name], events[name], given.get(name))
+            name: _summary(signals[name], events[name], given.get(name), (counts or {}).get(name))
             for name in ordered(signals)
         },
         learned=found_out,
@@ -185,13 +188,19 @@ def _report(decision: PlantDecision, signals: Signals, span: Span) -> PlantRepor
     )
 
 
-def _summary(signal: Signal, events: Sequence[float], timing: Timing | None) -> SignalSummary:
+def _summary(
+    signal: Signal, events: Sequence[float], timing: Timing | None, count: int | None
+) -> SignalSummary:
     t, x = signal
     finite = x[np.isfinite(x)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (math.nan, math.nan)
     known = len(finite) > 0
     return SignalSummary(
-        len(t), low if known else None, high if known else None, tuple(events), timing
+        len(t) if count is None else count,
+        low if known else None,
+        high if known else None,
+        tuple(events),
+        timing,
     )
 
 
@@ -203,8 +212,10 @@ def residual(signals: Signals, plant: JudgedPlant) -> Signal:
 
 
 def synchronisation(signals: Signals, plant: JudgedPlant) -> Signal:
-    """Return what exosystems and controllers leave together, the sum of w less the sum of u.
+    """Return what exosystems and controllers leave together, w less u, as the plant plays it.
 
     At the times of the first w; n = 0 where a signal of them is missing.
     """
-    return difference(total(signals, plant.disturbances), total(signals, plant.controls))
+    acting = total(signals, plant.controls)
+    played = Signal(acting.t + plant.lead, acting.x)
+    return difference(total(signals, plant.disturbances), played)

@@ -38,7 +38,7 @@ class PredictingBlock:
         self.x, self.y = self._numbered.begin(self.spec, n)
         size = 2 * tuning.lead + tuning.patience + SPARE
         self._past = _Past(len(self.spec.inputs), size, n)
-        self._past.keep(n, self.y)
+        self.keep(n, self.y)
 
     @property
     def _numbered(self) -> Numbered:
@@ -98,8 +98,12 @@ class PredictingBlock:
             self._past.hear(sample)
         self._n = n + 1
         self.x, self.y = self._advance(n, self.x, self._tuning, self.spec.h, self._past)
-        self._past.keep(n + 1, self.y)
+        self.keep(n + 1, self.y)
         return self.y
+
+    def keep(self, n: int, value: float) -> None:
+        """Note what receivers make of sample ``n`` of the output, where it is coded."""
+        self._past.own[n % self._past.size] = value
 
 
 class _Past:
@@ -118,9 +122,6 @@ class _Past:
             self.numbers[i][number % self.size] = number
             self.values[i][number % self.size] = value
             self.newest[i] = max(self.newest[i], number)
-
-    def keep(self, n: int, value: float) -> None:
-        self.own[n % self.size] = value
 
 
 def _own(s: int, past: _Past) -> float:

@@ -49,7 +49,9 @@ class Prediction:
             spec.lead_steps,
             steps_of(min(self.patience, PATIENCE), spec.h),
             max(int(COARSE / spec.h + 1e-9), 1),
-            spec.horizon,
+            0.0 if spec.coding is not None and spec.coding.held else spec.horizon,
+            tuple(spec.horizon * drawn for drawn in spec.drawn[1:]),
+            1.0 - spec.drawn[0],
         )
 
     def effort(self, spec: BlockSpec) -> float:

@@ -32,8 +32,9 @@ class Foresight(NamedTuple):
     """The numbers of a predicting controller that may change from run to run.
 
     ``copy`` and ``plant`` are the parameters of the two models; ``lead`` and ``patience`` are in
-    steps of the loop, ``coarse`` is that of the prediction in them; ``horizon`` as in
-    :func:`..simulation.hold.line`.
+    steps of the loop, ``coarse`` is that of the prediction in them. ``horizon`` is that of u as in
+    :func:`..simulation.hold.line`, ``opens`` those of the measured inputs. ``held``: 1 where y
+    stays as it is between samples, 0 where it goes straight from one to the next.
     """
 
     copy: Params
@@ -42,6 +43,8 @@ class Foresight(NamedTuple):
     patience: int
     coarse: int
     horizon: float
+    opens: tuple[float, ...]
+    held: float
 
 
 def at_start(x0: State, n: int) -> State:
@@ -128,6 +131,8 @@ def _make_follow(
         for j in range(s - m):
             base, slope = heard(n, m + j, int(since), foresight, past)
             y0, y1 = y + rise * (j / gap), y + rise * ((j + 1.0) / gap)
+            if foresight.held != 0.0:
+                y0, y1 = y, y + (rise if j + 1 == s - m else 0.0)
             z = observe(z, gain, y0, y1, base, slope, p, h)
             z = confine(z[:size], foresight.copy) + z[size:]
         return z + (float(s), ys, known, since)  # noqa: RUF005 (numba joins tuples by +)
@@ -167,6 +172,7 @@ def _make_heard(
     extend = compile(line)
     if opens:
         newest, last, value = (compile(each) for each in opens[-1])
+        index = len(opens) - 1
         others = _make_heard(opens[:-1], own, compile)
 
         def heard(
@@ -176,11 +182,11 @@ def _make_heard(
             i = last(min(newest(n, past), q), past)
             if i < since:
                 return base, slope
-            j, v = last(i - 1, past), value(i, past)
+            j, v, horizon = last(i - 1, past), value(i, past), foresight.opens[index]
             if j < since:
-                b, s = extend(v, v, float(q - i), 1.0, foresight.horizon)
+                b, s = extend(v, v, float(q - i), 1.0, horizon)
             else:
-                b, s = extend(v, value(j, past), float(q - i), float(i - j), foresight.horizon)
+                b, s = extend(v, value(j, past), float(q - i), float(i - j), horizon)
             return base + b, slope + s
 
         return compile(heard)  # type: ignore[no-any-return]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Protocol
 
 from ..control.predicting_block import Heard
@@ -43,8 +44,8 @@ class StampedArrivals(StampedInputs):
 
     silence = 'it is skipped'
 
-    def __init__(self, signals: tuple[str, ...], node: Endpoints) -> None:
-        super().__init__(signals, node, signals)
+    def __init__(self, signals: Iterable[str], node: Endpoints) -> None:
+        super().__init__({signal: WaitingInput() for signal in signals}, node)
 
     def over(self, tick: Tick) -> Lines:
         """Use up what has come."""

@@ -70,7 +70,7 @@ class BlockNode(SignalNode):
         schedules = self._schedules()
         if self.values['lockstep']:
             return SequencedArrivals(schedules)
-        return StampedArrivals(tuple(schedules), self)
+        return StampedArrivals(schedules, self)
 
     def begin(self) -> None:
         """Start from x0."""
@@ -129,11 +129,17 @@ class BlockNode(SignalNode):
         y = block.advance(tick.n, heard)
         return y if math.isfinite(sum(block.x)) else math.nan
 
-    def put(self, value: float) -> None:
+    def _published(self, n: int, value: float) -> None:
+        if isinstance(self.block, PredictingBlock):
+            self.block.keep(n, value)
+
+    def put(self, value: float) -> bool:
         """Publish the output, and then what goes with it, numbered alike."""
-        super().put(value)
+        if not super().put(value):
+            return False
         for name, publisher in self.observed.items():
             self.send(publisher, packed(self._observed(name)))
+        return True
 
     def _observed(self, name: str) -> float:
         """Return the present value; where adapt has been set to 0, that of the parameter."""

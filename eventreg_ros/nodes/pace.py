@@ -47,8 +47,8 @@ class Work(Protocol):
     def following(self, tick: Tick) -> float:
         """Take the step ``tick`` and return the sample at its end."""
 
-    def put(self, value: float) -> None:
-        """Publish a sample."""
+    def put(self, value: float) -> object:
+        """Publish a sample, as it is or as it is coded."""
 
     def fail(self, reason: str) -> None:
         """Stop because of ``reason``."""
@@ -76,8 +76,8 @@ class Inputs(Protocol):
     signals: tuple[str, ...]
     """Their names."""
 
-    horizon: float
-    """Steps over which a line is drawn onwards."""
+    horizons: Sequence[float]
+    """Steps over which the line of each is drawn onwards."""
 
     quiet: list[str]
     """The inputs that have been heard and have fallen silent."""

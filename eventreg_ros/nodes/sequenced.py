@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..runtime.cdr import unpacked
@@ -25,12 +25,12 @@ class Schedule(NamedTuple):
 class SequencedInputs:
     """All inputs of a node, by their names in the order in which they are summed.
 
-    ``horizon`` is that of a line, in steps.
+    ``horizons`` are those of their lines, in steps.
     """
 
     def __init__(self, signals: Mapping[str, Schedule]) -> None:
         self.signals = tuple(signals)
-        self.horizon = 0.0
+        self.horizons: Sequence[float] = [0.0] * len(signals)
         self.quiet: list[str] = []  # nobody falls silent here: a step waits
         self.samples = [SequencedInput(*schedule) for schedule in signals.values()]
 
@@ -63,8 +63,8 @@ class SequencedInputs:
     def over(self, tick: Tick) -> Lines:
         """Return the lines of all inputs, from their samples up to the tick's."""
         base, slope = [], []
-        for samples in self.samples:
-            b, s = samples.over(tick.n, self.horizon)
+        for samples, horizon in zip(self.samples, self.horizons, strict=True):
+            b, s = samples.over(tick.n, horizon)
             base.append(b)
             slope.append(s)
         return Lines(base, slope)

@@ -4,12 +4,17 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 
 from ..runtime.cdr import packed
-from ..scenario.inputs import delays_of, signs_of
+from ..runtime.stamped_input import StampedInput
+from ..runtime.waiting_input import WaitingInput
+from ..scenario.blocks import coding_of
+from ..scenario.inputs import delays_of, signs_of, templates_of
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import leads_of
+from ..simulation.coding import Coder
 from ..simulation.hold import horizon_in_steps
 from ..simulation.model_time import steps_of
 from .lead import Lead
@@ -18,6 +23,7 @@ from .managed import OK, WARN, FaultError, ManagedNode, Status
 from .pace import Inputs, Lines, Pace, Tick
 from .realtime import RealTime, Timing
 from .sequenced import Schedule, SequencedInputs
+from .spike_input import SpikeInput
 from .stamped import DelayMargin, StampedInputs
 from .topics import signal_topic
 
@@ -36,6 +42,11 @@ class SignalNode(ManagedNode):
     cut_off = 0
     """Samples of the output that output_limit cut off."""
     _reported_cut_off = 0
+    coder: Coder | None = None
+    """What codes the output, where not every sample is sent."""
+    sent = 0
+    """Messages of the output since activation."""
+    _looked = (0.0, 0)
     starting = False
     """In lockstep: whether it was just switched on again, so that it starts anew."""
 
@@ -94,19 +105,28 @@ class SignalNode(ManagedNode):
         schedules = self._schedules()
         if self.values['lockstep']:
             return SequencedInputs(schedules)
-        waiting = [signal for signal, schedule in schedules.items() if schedule.lead]
-        return StampedInputs(tuple(schedules), self, waiting)
+        return StampedInputs({s: self._input(s, each) for s, each in schedules.items()}, self)
+
+    def _input(self, signal: str, schedule: Schedule) -> StampedInput:
+        if (tau := templates_of(self.values).get(signal)) is not None:
+            return SpikeInput(tau)
+        return WaitingInput() if schedule.lead else StampedInput()
 
     def _tune_inputs(self) -> None:
         """Hand on the parameters that the inputs need."""
         values, inputs = self.values, self.inputs
         if 'hold' not in values:
             return  # a node without inputs
-        inputs.horizon = horizon_in_steps(values['hold'], self.h)
+        horizon, held = horizon_in_steps(values['hold'], self.h), values['held_inputs']
+        inputs.horizons = [0.0 if signal in held else horizon for signal in inputs.signals]
+        if self.coder is not None:
+            self.coder.h = self.h
         if isinstance(inputs, StampedInputs):
             inputs.timeout = values['input_timeout']
             inputs.limit(values['input_limit'])
             inputs.play_after(self.lead)
+            for signal, samples in zip(inputs.signals, inputs.samples, strict=True):
+                samples.sparse = samples.sparse or signal in held
             own = 'delay_margin' if values['hold'] == 'linear' else 'delay_margin_zero'
             margin, warn = values[own], values['delay_warn']
             inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
@@ -117,6 +137,10 @@ class SignalNode(ManagedNode):
         In lockstep, where the others wait for every sample, a node that is switched off goes on
         publishing 0, and its samples go on to be numbered when it is switched on again.
         """
+        self.sent, self._looked = 0, (time.monotonic(), 0)
+        coding = coding_of(self.values)
+        if not (self.values['lockstep'] and self.pace is not None):
+            self.coder = Coder(coding, self.values['rate'], self.h) if coding else None
         self._tune_inputs()
         if self.values['lockstep']:
             self._begin_lockstep()
@@ -154,28 +178,47 @@ class SignalNode(ManagedNode):
 
     def first(self) -> float:
         """Return sample 0. Raises FaultError when it is not finite."""
-        return self._sound(self.initial())
+        return self._coded(0, self._sound(self.initial()))
 
     def following(self, tick: Tick) -> float:
         """Take one step with the inputs as they are known at its beginning."""
         if self.off or self.starting:
             self.inputs.over(tick)  # the samples are used up all the same
-            value = 0.0 if self.off else self._sound(self.initial())
-            self.starting = False
-            return value
+            off, self.starting = self.off, False
+            if off and self.coder is not None:
+                self.coder.forget()
+            return 0.0 if off else self._coded(tick.n + 1, self._sound(self.initial()))
         value = self._sound(self._next(tick))
         limit = self.values.get('output_limit')
         if limit and not -limit < value < limit:
             self.cut_off += 1
-            return float(min(max(value, -limit), limit))
+            value = float(min(max(value, -limit), limit))
+        return self._coded(tick.n + 1, value)
+
+    def _coded(self, n: int, value: float) -> float:
+        """Return what receivers make of sample ``n`` of the output."""
+        if self.coder is not None:
+            value = self.coder(value)
+            self._published(n, value)
         return value
+
+    def _published(self, n: int, value: float) -> None:
+        """Note what receivers make of sample ``n`` of an output that is coded."""
 
     def _next(self, tick: Tick) -> float:
         return self.step(tick.n, self.inputs.over(tick))
 
-    def put(self, value: float) -> None:
-        """Publish ``value``."""
-        self.send(self.publisher, packed(value))
+    def put(self, value: float) -> bool:
+        """Publish ``value``, or the messages that it has become; say whether anything was sent.
+
+        In lockstep, where the others wait for every sample, what receivers make of them is sent.
+        """
+        coded = self.coder is not None and not self.values['lockstep']
+        messages = self.coder.take() if coded and self.coder is not None else [value]
+        for message in messages:
+            self.send(self.publisher, packed(message))
+        self.sent += len(messages)
+        return bool(messages)
 
     def _sound(self, value: float) -> float:
         if not math.isfinite(value):
@@ -192,12 +235,21 @@ class SignalNode(ManagedNode):
         words = f'the output was cut off at {self.values["output_limit"]:g} in {more} samples'
         return [Status(WARN, words, {})]
 
+    def _sent_so_far(self) -> dict[str, object]:
+        """Return the messages of the output since activation, and a second since the last look."""
+        now, before = time.monotonic(), self._looked
+        self._looked = now, self.sent
+        output = self.values['output']
+        rate = (self.sent - before[1]) / (now - before[0]) if now > before[0] else 0.0
+        return {f'{output}.sent': self.sent, f'{output}.sent_per_second': f'{rate:.2f}'}
+
     def report(self) -> Status:
         """Return the figures of pace and inputs; the worst of their findings is the level."""
         assert self.pace is not None
         pace = self.pace.report()
         found = [pace, *self.inputs.report(), *self._report_cut_off()]
         values = {key: value for each in found for key, value in each.values.items()}
+        values |= self._sent_so_far()
         findings = [each.message for each in found if each.level != OK]
         level = max(each.level for each in found)
         return Status(level, '; '.join(findings) or pace.message, values)

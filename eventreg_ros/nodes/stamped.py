@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..runtime.cdr import age_of, unpacked
@@ -17,6 +17,7 @@ from .info import number_of, received_at
 from .lead import Lead
 from .managed import ERROR, OK, WARN, Status
 from .pace import Lines, Tick
+from .spike_input import SpikeInput
 
 
 class DelayMargin(NamedTuple):
@@ -31,19 +32,19 @@ class DelayMargin(NamedTuple):
 class StampedInputs:
     """All inputs of a node; ``signals`` are their names, in the order in which they are summed.
 
-    ``horizon`` is that of a line, in steps; a sample older than ``timeout`` seconds counts as 0.
-    ``waiting`` are the inputs whose samples are played after a lead.
+    ``horizons`` are those of their lines, in steps; a sample older than ``timeout`` seconds counts
+    as 0. ``samples`` are what each input keeps, :class:`.waiting_input.WaitingInput` say for one
+    whose samples are played after a lead.
     """
 
     silence = 'it counts as 0'
 
-    def __init__(
-        self, signals: tuple[str, ...], node: Endpoints, waiting: Collection[str] = ()
-    ) -> None:
-        self.signals = signals
-        self.horizon = self.timeout = 0.0
+    def __init__(self, samples: Mapping[str, StampedInput], node: Endpoints) -> None:
+        self.signals = signals = tuple(samples)
+        self.samples = list(samples.values())
+        self.horizons: Sequence[float] = [0.0] * len(signals)
+        self.timeout = 0.0
         self._node, self._log = node, node.get_logger()
-        self.samples = [WaitingInput() if s in waiting else StampedInput() for s in signals]
         self.lead = Lead()
         self.silent = [False] * len(signals)
         self.quiet: list[str] = []
@@ -60,7 +61,7 @@ class StampedInputs:
         def receive(data: bytes, info: dict[str, Any]) -> None:
             samples, value = self.samples[i], unpacked(data)
             before, stamp = samples.dropped, self._node.stamp_of(info)
-            if isinstance(samples, WaitingInput):
+            if isinstance(samples, WaitingInput) or samples.sparse:
                 stamp = self._sent(stamp, i, data, info)
             samples.push(stamp, value, number_of(info))
             if samples.dropped is not before:
@@ -82,6 +83,8 @@ class StampedInputs:
         for samples in self.samples:
             if isinstance(samples, WaitingInput):
                 samples.lead = round(lead.seconds * SECOND)
+            if isinstance(samples, SpikeInput):
+                samples.h = lead.h
 
     def limit(self, magnitude: float) -> None:
         """Drop samples of larger ``magnitude`` from now on."""
@@ -106,14 +109,14 @@ class StampedInputs:
 
     def over(self, tick: Tick) -> Lines:
         """Return the lines of all inputs, from the samples that came before the step."""
-        timeout, horizon = self.timeout * SECOND, self.horizon
+        timeout = self.timeout * SECOND
         base, slope = [], []
         for i, samples in enumerate(self.samples):
-            found = samples.over(tick.start, tick.period, timeout, horizon)
+            found = samples.over(tick.start, tick.period, timeout, self.horizons[i])
             self._watch(i, found is None and samples.begun)
             if samples.used is not None:
                 self.ages[i].add((tick.now - samples.used) / SECOND)
-                if not isinstance(samples, WaitingInput):
+                if not (isinstance(samples, WaitingInput) or samples.sparse):
                     self.delays[i].add((tick.start - samples.used) / SECOND)
             b, s = found or (0.0, 0.0)
             base.append(b)

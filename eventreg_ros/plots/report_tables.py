@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..analysis.messages import Messages, messages
 from ..analysis.noise import words as noise_words
 from ..analysis.signal import Signals
 from ..analysis.train_report import PlantTrains, TrainReport, train_report
@@ -134,8 +135,13 @@ def _kinds(report: Report, name: str, events: Sequence[float]) -> list[tuple[flo
     return [(t, kind(t)) for t in events]
 
 
+def _per_event(sent: Messages | None) -> str:
+    return '' if sent is None or sent.per_event is None else f'{sent.per_event:.3g}'
+
+
 def timing(report: Report, time: str | None, measured: str) -> str:
     """Return how regularly the signals came, and what the nodes measured of themselves."""
+    sent = messages(report)
     rows = [
         (
             name,
@@ -146,13 +152,17 @@ def timing(report: Report, time: str | None, measured: str) -> str:
                 if p is not None
             ),
             t.gaps,
+            _per_event(sent.get(name)),
         )
         for name, t in ((name, s.timing) for name, s in report.signals.items())
         if t is not None and t.rate is not None
     ]
     if not rows:
         return ''
-    head = ('signal', 'rate, Hz', 'median, ms', '99 %, ms', 'longest, ms', 'gaps')
+    head = (
+        'signal', 'messages/s', 'median, ms', '99 %, ms', 'longest, ms', 'gaps',
+        'messages per event of the disturbance',
+    )  # fmt: skip
     stamps = f'{time} times of the messages' if time else 'stamps in the bag'
     parts = [
         page.paragraph(f'The time between one sample and the next, by the {stamps}.'),

@@ -96,7 +96,7 @@ def lanes_can(loop: Loop, steps: int, subject: Subject) -> bool:
     """Say whether such runs can go in lanes; else they go one by one, to the same end."""
     size = 8 * LANES * steps * (2 * len(subject.plants) + len(loop.links) + len(loop.signals))
     plain = subject.criteria.refractory == 0.0 and subject.criteria.min_width == 0.0
-    plain = plain and all(b.numbered is None and not any(b.leads) for b in loop.blocks.values())
+    plain = plain and all(block.plain for block in loop.blocks.values())
     known = subject.plants and set(subject.needed) <= set(loop.signals)
     return compiles() and plain and steps > 0 and size <= MOST and bool(known)
 

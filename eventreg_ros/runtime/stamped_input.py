@@ -63,6 +63,8 @@ class StampedInput:
         self.limit = math.inf
         """Samples of larger magnitude are dropped."""
         self._suspect: tuple[int, float] | None = None
+        self.sparse = False
+        """Whether the sender leaves out samples on purpose, so that gaps are none."""
         self.out_of_order = 0
         self.lost = 0
         self.gaps = 0
@@ -167,7 +169,7 @@ class StampedInput:
         if count == 1:
             self._usual = seconds
         self.jitter.add(abs(seconds - self._usual))
-        if count > FIRST and seconds > GAP * self._usual:
+        if count > FIRST and seconds > GAP * self._usual and not self.sparse:
             self.gaps += 1
         # A gap moves the usual period too, but no further than the interval that is just no gap.
         self._usual += max(0.05, 1.0 / count) * (min(seconds, GAP * self._usual) - self._usual)

@@ -8,10 +8,12 @@ from typing import Any
 
 from ..control.adaptive import GAIN, adaptive
 from ..control.prediction import Prediction
+from ..control.spikes import Spikes
 from ..models.catalogue import model_of
 from ..models.limited import limited
 from ..models.neuron import NeuronParams
 from ..simulation.block import BlockSpec
+from ..simulation.coding import Coding, Delta
 from .inputs import signs_of
 from .names import full_name, split
 
@@ -47,4 +49,14 @@ def block_spec(node: str, values: Values) -> BlockSpec:
         hold=values['hold'],
         lead=values['lead'],
         numbered=numbered,
+        coding=coding_of(values),
+        held=frozenset(full_name(name.namespace, s) for s in values['held_inputs']),
     )
+
+
+def coding_of(values: Values) -> Coding | None:
+    """Return how the output of a block is coded, None where every sample is sent."""
+    if values.get('coding') == 'spikes':
+        return Spikes(values['tau'])
+    delta = values.get('send_on_delta', 0.0)
+    return Delta(delta, 0.5 * values['input_timeout']) if delta else None

@@ -26,15 +26,28 @@ def delays_of(values: Mapping[str, Any]) -> dict[str, float]:
 
     Raises ParameterError for what is no SIGNAL:T.
     """
+    return _numbers('lockstep_delays', values, 'T, T in model time >= 0 (u:2.0)', 0.0)
+
+
+def templates_of(values: Mapping[str, Any]) -> dict[str, float]:
+    """Return tau of the generator for each input of a block that comes as spikes, by signal.
+
+    Raises ParameterError for what is no SIGNAL:TAU.
+    """
+    return _numbers('spike_inputs', values, 'TAU, 0.001 <= TAU <= 0.8 (u:0.08)', 0.001, 0.8)
+
+
+def _numbers(
+    name: str, values: Mapping[str, Any], rule: str, low: float, high: float = 1e6
+) -> dict[str, float]:
     found = {}
-    for entry in values.get('lockstep_delays', ()):
-        signal, colon, text = entry.rpartition(':')
+    for entry in values.get(name, ()):
+        signal, _, text = entry.rpartition(':')
         try:
-            found[signal] = float(text) if colon else -1.0
+            number = float(text) if signal else -1.0
         except ValueError:
-            found[signal] = -1.0
-        if not 0.0 <= found[signal] <= 1e6:
-            raise ParameterError(
-                f'lockstep_delays must be SIGNAL:T, T in model time >= 0 (u:2.0), got {entry!r}'
-            )
+            number = -1.0
+        if not low <= number <= high:
+            raise ParameterError(f'{name} must be SIGNAL:{rule}, got {entry!r}')
+        found[signal] = number
     return found

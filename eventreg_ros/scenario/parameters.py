@@ -20,7 +20,7 @@ from ..models.model import Model, ModelParameter
 from ..models.neuron import OSCILLATOR
 from ..models.roles import ROLES
 from .hint import hint
-from .inputs import delays_of
+from .inputs import delays_of, templates_of
 from .names import NodeName, split
 from .parameter import ACTIVE, INACTIVE, Parameter
 from .table import FORESIGHT, MODEL, OTHERS, PACE, ROUTE, WIRES
@@ -191,8 +191,9 @@ def _check_together(node: str, values: Mapping[str, Any]) -> None:
     _check_signals(node, values)
     if values.get('predict'):
         _check_prediction(node, values)
+    _check_coding(node, values)
     try:
-        delays_of(values)
+        delays_of(values), templates_of(values)
     except ParameterError as error:
         raise ParameterError(f'{node}.{error}') from None
     if 'threshold' in values and not values['reset'] < values['threshold']:
@@ -218,6 +219,25 @@ def _check_learning(node: str, values: Mapping[str, Any]) -> None:
         raise ParameterError(
             f'{node}.{name} must lie between {name}_min and {name}_max ({low:g} to {high:g}) '
             f'to be learned, got {value:g}; set the bounds, or {GAIN} to 0'
+        )
+
+
+def _check_coding(node: str, values: Mapping[str, Any]) -> None:
+    if values.get('coding', 'samples') != 'spikes':
+        return
+    if not values['predict']:
+        raise ParameterError(
+            f'{node}.coding must be samples without predict, got spikes: a code of u is not right '
+            'to a tenth of a spike, and only an observer knows by how much; set predict to true'
+        )
+    if values['send_on_delta']:
+        raise ParameterError(
+            f'{node}.send_on_delta must be 0 with coding spikes, got {values["send_on_delta"]:g}'
+        )
+    if not 0.001 <= values['tau'] <= 0.8:
+        raise ParameterError(
+            f'{node}.tau must be >= 0.001 and <= 0.8 with coding spikes, got {values["tau"]:g}: '
+            'the generator of the receiver must oscillate'
         )
 
 

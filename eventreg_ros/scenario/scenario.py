@@ -150,8 +150,9 @@ class Scenario:
     @property
     def blocks(self) -> dict[str, BlockSpec]:
         """The blocks of ours among the nodes, by the roles' order, then the file's."""
+        nodes = self.with_codings().nodes
         return {
-            node: block_spec(node, self.nodes[node])
+            node: block_spec(node, nodes[node])
             for role in ROLES
             for node in self.of_kind(role)
             if not is_foreign(self.nodes[node])
@@ -322,6 +323,31 @@ class Scenario:
         extra[name] = {'input': link.signal, 'output': output, **link.options}
         return self.with_given(extra)
 
+    def with_codings(self) -> Scenario:
+        """Return the scenario in which every block knows how the signals that it hears are coded.
+
+        Behind a link a signal is coded as before it.
+        """
+        coded: dict[str, tuple[str, str]] = {}
+        for node, values in self.nodes.items():
+            signal = self.output_of(node)
+            if signal is not None and values.get('coding') == 'spikes':
+                coded[signal] = ('spike_inputs', f':{values["tau"]!r}')
+            elif signal is not None and values.get('send_on_delta'):
+                coded[signal] = ('held_inputs', '')
+        for link in self.of_kind('link') if coded else ():
+            source, output = (self.signal(link, self.nodes[link][k]) for k in ('input', 'output'))
+            coded |= {output: coded[source]} if source in coded else {}
+        extra: Given = {}
+        for node in self.nodes if coded else ():
+            for name, _ in signs_of(self.nodes[node]):
+                key, suffix = coded.get(self.signal(node, name), ('', ''))
+                known: list[str] = list(self.nodes[node].get(key, ()))
+                if key and not any(name in (each, each.rpartition(':')[0]) for each in known):
+                    mine = extra.setdefault(node, {})
+                    mine[key] = [*list(mine.get(key, known)), name + suffix]
+        return self.with_given(extra) if extra else self
+
     def in_lockstep(self, seconds: float, pauses: Sequence[float] = ()) -> Scenario:
         """Return the scenario with a clock, all nodes in lockstep, for simulated ``seconds``.
 
@@ -372,11 +398,12 @@ class Scenario:
         given = {n: dict(v) for n, v in self.given.items() if self.name_of(n).kind != 'link'}
         for node, values in given.items():
             home = self.name_of(node).namespace
-            for key in (k for k in WIRES if k in self.nodes[node]):
+            for key in (k for k in (*WIRES, 'held_inputs') if k in self.nodes[node]):
                 found = [behind.get(full_name(home, s), (s, 0.0)) for s in self.nodes[node][key]]
                 values[key] = [signal.removeprefix(f'{home}/') for signal, _ in found]
                 late = [f'{s.removeprefix(f"{home}/")}:{delay!r}' for s, delay in found if delay]
-                values['lockstep_delays'] = values.get('lockstep_delays', []) + late
+                if key in WIRES:
+                    values['lockstep_delays'] = values.get('lockstep_delays', []) + late
         return Scenario.of(self.name, given)
 
     def _lockstep_values(self, node: str) -> dict[str, Any]:

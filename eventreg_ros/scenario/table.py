@@ -167,6 +167,14 @@ FORESIGHT = (
         'measured signals that excite the plant, which predict hears too',
         settable=UNCONFIGURED,
     ),
+    Parameter(
+        'coding',
+        'string',
+        'samples',
+        'how u travels: every sample, or two spikes a period (needs predict)',
+        choices=('samples', 'spikes'),
+        settable=UNCONFIGURED,
+    ),
 )
 """How a controller looks ahead."""
 
@@ -222,6 +230,30 @@ PACE = (
     ),
     LOCKSTEP,
     LOCKSTEP_TIMEOUT,
+    Parameter(
+        'send_on_delta',
+        'double',
+        0.0,
+        'a sample goes out when it differs from the last one sent by so much, and every half '
+        'input_timeout; 0: every sample',
+        low=0.0,
+        settable=UNCONFIGURED,
+    ),
+    Parameter(
+        'held_inputs',
+        'string[]',
+        [],
+        'inputs that are sent on delta: held between samples, and gaps in them are none',
+        settable=UNCONFIGURED,
+    ),
+    Parameter(
+        'spike_inputs',
+        'string[]',
+        [],
+        'SIGNAL:TAU for each input that comes as spikes; TAU is that of the generator that makes '
+        'a signal of them',
+        settable=UNCONFIGURED,
+    ),
     Parameter(
         'lockstep_delays',
         'string[]',

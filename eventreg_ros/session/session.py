@@ -66,7 +66,7 @@ class Session:
         interventions: Sequence[Intervention] = (),
         network: bool = False,
     ) -> None:
-        self.scenario = scenario.with_stated_delays() if lockstep else scenario
+        self.scenario = (scenario.with_stated_delays() if lockstep else scenario).with_codings()
         self.bag = bag
         self.duration = duration
         self.lockstep = lockstep

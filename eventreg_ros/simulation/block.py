@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..models import Model, Params, State
+from .coding import Coding
 from .hold import drive, horizon_in_steps
 from .model_time import steps_of
 from .numbered import Numbered
@@ -24,7 +25,8 @@ class BlockSpec:
     with sign +1.0 or -1.0, in the order in which they are summed; ``rate`` is in steps per second,
     ``time_scale`` in model time units per second. A plant plays its inhibitory inputs ``lead``
     (model time) after their samples were made. ``numbered`` is there for a block that reads its
-    inputs by number.
+    inputs by number, ``coding`` for one whose output is coded. ``held`` are the inputs that stay as
+    they are between samples, whatever ``hold`` says.
     """
 
     name: str
@@ -39,6 +41,8 @@ class BlockSpec:
     hold: str
     lead: float = 0.0
     numbered: Numbered | None = None
+    coding: Coding | None = None
+    held: frozenset[str] = frozenset()
 
     @property
     def h(self) -> float:
@@ -59,6 +63,16 @@ class BlockSpec:
     def horizon(self) -> float:
         """Steps over which an input's line is drawn onwards; 0 for the zero hold."""
         return horizon_in_steps(self.hold, self.h)
+
+    @property
+    def drawn(self) -> tuple[float, ...]:
+        """For each input 1, or 0 where it is held and so has no horizon."""
+        return tuple(0.0 if signal in self.held else 1.0 for signal, _ in self.inputs)
+
+    @property
+    def plain(self) -> bool:
+        """Whether all samples of inputs and output travel, and are used as they come."""
+        return self.numbered is None and self.coding is None and not (self.held or any(self.leads))
 
     @property
     def lead_steps(self) -> int:
@@ -114,6 +128,14 @@ def learned(spec: BlockSpec, x: State) -> dict[str, float]:
     """Return the parameters that a block has learned at state ``x``, by name."""
     model = spec.model
     return dict(zip(model.learned, x[model.own : model.dimension], strict=True))
+
+
+def begin(spec: BlockSpec, n: int = 0) -> tuple[State, float]:
+    """Return the state of a block that begins at step ``n``, without its coder's, and sample n."""
+    if spec.numbered is not None:
+        return spec.numbered.begin(spec, n)
+    x = tuple(map(float, spec.x0))
+    return x, spec.model.output(x, 0.0, spec.params)
 
 
 class Block:

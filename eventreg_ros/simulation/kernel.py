@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from ..models import Model, Params
 from .block import make_advance
 from .code_cache import generated
+from .coding import MakeCode
 from .hold import line
 from .numbered import Make, Reader
 from .step import Compile, plain
@@ -33,6 +34,8 @@ class Part(NamedTuple):
     blocks, in order. ``observed`` are (signal, place in the state) of what it writes besides.
     ``make`` makes the step of a block that reads its inputs by number; its tuning is of its own
     kind, see :mod:`.numbered`. A ``noisy`` block finds in its row what is added to what it writes.
+    ``code`` makes the code of a block whose output is coded, see :mod:`.coding`, and says how many
+    states come before the coder's; its tuning is then (the block's, the coder's).
     """
 
     model: Model
@@ -41,6 +44,7 @@ class Part(NamedTuple):
     observed: tuple[tuple[int, int], ...] = ()
     make: Make | None = None
     noisy: bool = False
+    code: tuple[MakeCode, int] | None = None
 
 
 class Tuning(NamedTuple):
@@ -61,7 +65,8 @@ class Tables(NamedTuple):
     Sample n of signal s is ``samples[s * (steps + 1) + n]``. At step n link l has, last, sample
     number ``newest[l * steps + n]``, and before it ``previous[l * steps + n]``; -1 means none. The
     last sample up to s that it ever has is ``used[l * steps + s]``. Sample s is played at step s +
-    ``leads[l]``. ``h`` is in model time. The kernel takes the steps from sample ``first`` to sample
+    ``leads[l]``, and lines are drawn by ``drawn[l]`` of the horizon: 0 or 1. ``h`` is in model
+    time. The kernel takes the steps from sample ``first`` to sample
     ``last``.
     """
 
@@ -70,6 +75,7 @@ class Tables(NamedTuple):
     previous: Any
     used: Any
     leads: Any
+    drawn: Any
     steps: int
     h: float
     first: int
@@ -95,8 +101,8 @@ def make_kernel(parts: Sequence[Part], compile: Compile = plain) -> Kernel:
     """
     advances, links = [], 0
     for part in parts:
-        make = _make_advance if part.make is None else _make_numbered
-        advances.append(make(part, links, compile))
+        make = _make_ordinary if part.make is None else _make_numbered
+        advances.append(_make_advance(part, make(part, links, compile), compile))
         links += sum(source != NOBODY for source in part.sources)
     advance = _make_chain(advances, compile)
     return generated(_RUN, 'run', {'advance': advance})
@@ -137,10 +143,11 @@ def _make_receive(source: int, link: int, compile: Compile) -> Any:
         j = tables.previous[link * tables.steps + n]
         first = source * (tables.steps + 1)
         newest, age = tables.samples[first + i], float(n - tables.leads[link] - i)
+        reach = horizon * tables.drawn[link]
         if j < 0:
-            return extend(newest, newest, age, 1.0, horizon)  # type: ignore[no-any-return]
+            return extend(newest, newest, age, 1.0, reach)  # type: ignore[no-any-return]
         previous = tables.samples[first + j]
-        return extend(newest, previous, age, float(i - j), horizon)  # type: ignore[no-any-return]
+        return extend(newest, previous, age, float(i - j), reach)  # type: ignore[no-any-return]
 
     return compile(receive)
 
@@ -185,26 +192,50 @@ def _numbers(part: Part, first: int) -> list[tuple[int, int]]:
     return found
 
 
-def _make_advance(part: Part, first: int, compile: Compile) -> Any:
-    """Return ``advance(n, x, tuning, tables) -> x``, one block from t_n to t_(n+1)."""
+def _make_ordinary(part: Part, first: int, compile: Compile) -> Any:
+    """Return ``step(n, x, tuning, tables) -> (x, y)``, a block from sample n to n + 1."""
     numbers = _numbers(part, first) or [(NOBODY, 0)]
     lines = _make_lines([_make_receive(*number, compile) for number in numbers], compile)
-    move, row = make_advance(part.model, compile), part.row
+    move = make_advance(part.model, compile)
 
-    def advance(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
+    def step(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
         base, slope = lines(n, tuning.horizon, tables)
-        x, y = move(x, tuning.sign, base, slope, tuning.params, tables.h)
+        return move(x, tuning.sign, base, slope, tuning.params, tables.h)
+
+    return compile(step)
+
+
+def _make_advance(part: Part, step: Any, compile: Compile) -> Any:
+    """Return ``advance(n, x, tuning, tables) -> x``: the step, with what is written of it."""
+    row = part.row
+
+    def advance(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
+        x, y = step(n, x, tuning, tables)
         tables.samples[row * (tables.steps + 1) + n + 1] = y
         return x
 
-    def advance_noisy(n: int, x: Any, tuning: Tuning, tables: Tables) -> Any:
-        base, slope = lines(n, tuning.horizon, tables)
-        x, y = move(x, tuning.sign, base, slope, tuning.params, tables.h)
+    def advance_noisy(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
+        x, y = step(n, x, tuning, tables)
         tables.samples[row * (tables.steps + 1) + n + 1] += y
         return x
 
     chosen = compile(advance_noisy if part.noisy else advance)
+    if part.code is not None:
+        chosen = _make_coded(part, *part.code, step, compile)
     return _with_observed(chosen, part.observed, compile)
+
+
+def _make_coded(part: Part, make: MakeCode, size: int, step: Any, compile: Compile) -> Any:
+    """Return the same of a block whose output is coded; noise is added before that."""
+    row, code, noise = part.row, make(compile), 1.0 if part.noisy else 0.0
+
+    def advance(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
+        i = row * (tables.steps + 1) + n + 1
+        z, y = step(n, x[:size], tuning[0], tables)
+        tables.samples[i], c = code(y + noise * tables.samples[i], x[size:], tuning[1], tables.h)
+        return z + c
+
+    return compile(advance)
 
 
 def _with_observed(advance: Any, observed: Sequence[tuple[int, int]], compile: Compile) -> Any:
@@ -222,18 +253,16 @@ def _with_observed(advance: Any, observed: Sequence[tuple[int, int]], compile: C
 
 
 def _make_numbered(part: Part, first: int, compile: Compile) -> Any:
-    """Return the same of a block that reads its inputs by number."""
+    """Return such a step of a block that reads its inputs by number."""
     assert part.make is not None
-    row, own = part.row, _make_reader(part.row, 0).value
+    own = _make_reader(part.row, 0).value
     readers = [_make_reader(*number) for number in _numbers(part, first)]
-    step = part.make(part.model, readers, own, compile)
+    move = part.make(part.model, readers, own, compile)
 
-    def advance(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
-        x, y = step(n, x, tuning, tables.h, tables)
-        tables.samples[row * (tables.steps + 1) + n + 1] = y
-        return x
+    def step(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
+        return move(n, x, tuning, tables.h, tables)
 
-    return _with_observed(compile(advance), part.observed, compile)
+    return compile(step)
 
 
 def _make_reader(source: int, link: int) -> Reader:

@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
-from .block import BlockSpec
+from .block import BlockSpec, begin
+from .coding import Coder
 from .impairment import PERFECT, Impairment, Received, received
 from .jit import choose
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
@@ -54,12 +55,14 @@ class SampledLoop:
         self._stimuli = {name: Waveform(each) for name, each in loop.stimuli.items()}
         self.signals, self.links = loop.signals, loop.links
         self._row = {signal: i for i, signal in enumerate(self.signals)}
-        self._leads = [
-            lead
+        linked = [
+            (lead, drawn)
             for spec in loop.blocks.values()
-            for (signal, _), lead in zip(spec.inputs, spec.leads, strict=True)
+            for (signal, _), lead, drawn in zip(spec.inputs, spec.leads, spec.drawn, strict=True)
             if signal in self._row
         ]
+        self._leads = [lead for lead, _ in linked]
+        self._drawn = [drawn for _, drawn in linked]
 
     @property
     def h(self) -> float:
@@ -81,6 +84,7 @@ class SampledLoop:
                 tuple((row[signal], i) for signal, i in each.spec.observed.items()),
                 each.make,
                 noise.reaches(each.spec.output),
+                each.code,
             )
             for each in blocks
         )
@@ -114,6 +118,7 @@ class SampledLoop:
         table, blocks = self._samples(t), list(self._start)
         for signal, added in noise.draw(steps + 1):
             table[self._row[signal]] += added
+        self._code_first(blocks, table)
         for first, last, due in _stretches(turns, steps, self.h):
             for turn in due:
                 self._take(turn, blocks, table, t, first)
@@ -138,16 +143,27 @@ class SampledLoop:
         kernel, arrays = choose(
             self._parts(blocks, noise), round((last - first) * effort), compiled
         )
-        flat = [each.ravel() for each in (table, *have, np.array(self._leads, np.int64))]
-        samples, newest, previous, used, leads = flat if arrays else map(_plain, flat)
+        links = np.array(self._leads, np.int64), np.array(self._drawn, np.float64)
+        flat = [each.ravel() for each in (table, *have, *links)]
+        samples, newest, previous, used, leads, drawn = flat if arrays else map(_plain, flat)
         steps = table.shape[1] - 1
-        tables = Tables(samples, newest, previous, used, leads, steps, self.h, first, last)
+        tables = Tables(samples, newest, previous, used, leads, drawn, steps, self.h, first, last)
         states = nest([each.x for each in blocks])
         numbers = iter(flatten(kernel(states, nest([_tuning(e.spec) for e in blocks]), tables)))
         blocks[:] = [
             replace(each, x=tuple(islice(numbers, len(each.x))), starting=False) for each in blocks
         ]
         return np.asarray(tables.samples).reshape(table.shape)
+
+    def _code_first(self, blocks: list[Condition], table: Array) -> None:
+        """Code sample 0 of the outputs that are coded."""
+        for i, each in enumerate(blocks):
+            if each.spec.coding is not None:
+                row = self._row[each.spec.output]
+                coder = Coder(each.spec.coding, each.spec.rate, each.spec.h)
+                table[row, 0] = coder(float(table[row, 0]))
+                x = each.x[: -len(coder.state)]
+                blocks[i] = replace(each, x=x + coder.state)
 
     def _take(
         self, turn: Turn, blocks: list[Condition], table: Array, t: Array, first: int
@@ -166,7 +182,7 @@ class SampledLoop:
         for name, waveform in self._stimuli.items():
             table[self._row[name]] = waveform.at(t)
         for part, each in zip(self.parts, self._start, strict=True):
-            table[part.row, 0] = each.first
+            table[part.row, 0] = begin(each.spec)[1]
             for signal, i in part.observed:
                 table[signal, 0] = each.x[i]
         return table
@@ -210,10 +226,11 @@ def _plain(table: npt.NDArray[Any]) -> array[Any]:
 
 
 def _tuning(spec: BlockSpec) -> Any:
-    if spec.numbered is not None:
-        return spec.numbered.tuning(spec)
     sign = tuple(float(sign) for _, sign in spec.inputs) or (1.0,)
-    return Tuning(spec.params, sign, spec.horizon)
+    tuning = Tuning(spec.params, sign, spec.horizon)
+    if spec.numbered is not None:
+        tuning = spec.numbered.tuning(spec)
+    return (tuning, spec.coding.tuning(spec.rate)) if spec.coding is not None else tuning
 
 
 def _check(t: Array, samples: Array, states: list[float]) -> None:

@@ -13,7 +13,8 @@ from functools import lru_cache
 from typing import Literal, NamedTuple
 
 from ..models import Model, Params, State
-from .block import Block, BlockSpec, learned, retuned
+from .block import BlockSpec, begin, learned, retuned
+from .coding import MakeCode, make_mute
 from .numbered import Make, make_resting, ordinary
 from .stimulus import Stimulus
 
@@ -61,22 +62,31 @@ class Condition:
         assert turn.spec is not None
         spec = turn.spec(self.learned)
         if turn.action == 'deactivate':
-            return replace(self, running=False, starting=False)
+            return self.off()
         if turn.action == 'activate':
             return self if self.running else Condition.of(spec, n + 1, starting=True)
         return replace(self, spec=spec, x=retuned(self.x, self.spec, spec))
 
+    def off(self) -> Condition:
+        """Return the condition of the block switched off; its coder forgets."""
+        coding, x = self.spec.coding, self.x
+        if coding is not None:
+            x = (*x[: -len(coding.start)], *coding.start)
+        return replace(self, x=x, running=False, starting=False)
+
     @classmethod
     def of(cls, spec: BlockSpec, n: int = 0, *, starting: bool = False) -> Condition:
         """Return the condition of a block that begins at step ``n``."""
-        x = spec.numbered.begin(spec, n)[0] if spec.numbered else tuple(map(float, spec.x0))
-        return cls(spec, x, True, starting)
+        x, _ = begin(spec, n)
+        return cls(spec, x + (spec.coding.start if spec.coding else ()), True, starting)
 
     @property
-    def first(self) -> float:
-        """The output at the start."""
-        spec = self.spec
-        return spec.numbered.begin(spec)[1] if spec.numbered else Block(spec).y
+    def code(self) -> tuple[MakeCode, int] | None:
+        """What makes the code of the output, and how many states come before the coder's."""
+        coding = self.spec.coding
+        if coding is None:
+            return None
+        return (coding.make if self.running else make_mute), len(self.x) - len(coding.start)
 
     @property
     def make(self) -> Make | None:

@@ -190,7 +190,8 @@ def samples(scenario, impairment, duration, compiled):
 
 def test_compiled_has_the_bits_of_plain():
     pytest.importorskip('numba')
-    scenario = predicting('open', 1.5, 'controller.adapt:=0.04')
+    coded = ['controller.coding:=spikes', 'plant.send_on_delta:=0.02']
+    scenario = predicting('open', 1.5, 'controller.adapt:=0.04', *coded)
     jittery = Impairment(delay=1.0, jitter=1.0, loss=0.3, seed=3, on=frozenset('yuv'))
     for impairment in (Impairment(delay=1.5, on=frozenset('yu')), jittery):
         plain, fast = (samples(scenario, impairment, 120.0, c) for c in (False, True))

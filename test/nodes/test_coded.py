@@ -1,0 +1,79 @@
+"""Nodes whose output is coded: which messages go out, and what listeners make of them."""
+
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from std_msgs.msg import Float64
+
+from eventreg_ros.control.spikes import Spikes
+from eventreg_ros.nodes.block import BlockNode
+from eventreg_ros.nodes.spike_input import SpikeInput
+from eventreg_ros.runtime.tick_grid import SECOND
+from eventreg_ros.simulation.coding import Coder
+
+CONTROLLER, PLANT, EXOSYSTEM = (
+    partial(BlockNode, kind) for kind in ('controller', 'plant', 'exosystem')
+)
+PERIOD, H = 5_000_000, 0.05
+
+
+def test_on_delta_only_what_differs_goes_out_and_a_heartbeat(bench):
+    heard = bench.heard_with_stamps(Float64, 'w')
+    node = bench.add(EXOSYSTEM, 'send_on_delta:=0.5', 'input_timeout:=0.2')
+    bench.until(lambda: len(heard) > 12)
+    small = np.abs(np.diff([value for _, value in heard])) < 0.5
+    passed = (heard[-1][0] - heard[0][0]) / SECOND
+    assert small.sum() <= passed / 0.1 + 2, 'no more of them than heartbeats'
+    assert node.pace.n > 8 * len(heard)
+    figures = node.report().values
+    assert figures['w.sent'] == node.sent
+    assert float(figures['w.sent_per_second']) > 0.0
+
+
+def test_spikes_go_out_twice_a_period_and_the_plant_makes_u_of_them(bench):
+    scale = ('time_scale:=100.0', 'rate:=400.0')
+    heard = bench.heard(Float64, 'u')
+    plant = bench.add(PLANT, "spike_inputs:=['u:0.0833']", 'lead:=10.0', *scale)
+    coded = ('predict:=true', 'coding:=spikes', 'lead:=10.0')
+    node = bench.add(CONTROLLER, *coded, *scale)
+    bench.until(lambda: len(heard) > 5)
+    messages = [message.data for message in heard[:6]]
+    assert [math.copysign(1.0, m) for m in messages] == [-1.0, 1.0] * 3
+    assert all(abs(m) >= 1.0 for m in messages)
+    (u,) = (s for s in plant.inputs.samples if isinstance(s, SpikeInput))
+    bench.until(lambda: abs(u._value) > 1.0)
+    node.trigger_deactivate()
+    bench.until(lambda: heard[-1].data == 0.0)
+    bench.until(lambda: u._receiver.silent)
+
+
+def spikes(steps):
+    """Messages of a neuron's x1 by number, and what the sender thinks that is made of them."""
+    coder, sent, made = Coder(Spikes(1 / 12), 200.0, H), [], []
+    for n in range(steps):
+        made.append(coder(2.0 * math.sin(2.0 * math.pi * n * H / 36.0)))
+        sent += [(n, message) for message in coder.take()]
+    return sent, made
+
+
+@pytest.mark.parametrize('late', [0, 30])
+def test_the_input_makes_of_spikes_what_the_sender_thinks(late):
+    """By stamps: of each sample's instant, and a little after; played after a lead, or too late."""
+    sent, made = spikes(2000)
+    samples, lead = SpikeInput(1 / 12), 40
+    samples.lead, samples.h = lead * PERIOD, H
+    waiting, found = list(sent), []
+    for n in range(2000):
+        while waiting and waiting[0][0] + lead + late <= n:
+            number, message = waiting.pop(0)
+            samples.push(round((number + 0.1) * PERIOD), message)
+        line = samples.over(n * PERIOD, float(PERIOD), 0.1 * SECOND, 8.0)
+        found.append(line[0] if line else 0.0)
+    first = sent[0][0] + lead + late
+    expected = np.concatenate((np.zeros(lead), made))[first:2000]
+    same = slice(None) if not late else slice(-20, None)  # a while after the last one came
+    np.testing.assert_allclose(found[first:][same], expected[same], rtol=0.0, atol=1e-6)
+    assert (samples.late > 0) == (late > 0)
+    assert samples.gaps == 0
