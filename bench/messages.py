@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """In how many messages the loop does: every sample, on delta, spikes; verdicts, rates, CPU.
 
 Run ``PYTHONPATH=. python bench/messages.py`` from the top of the repository, for the verdicts of

@@ -1,8 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals that did not travel sample by sample, as their receivers knew them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -17,24 +19,7 @@ PATIENCE = 1.5
 """What was sent on delta counts as known for so many times the longest silence that is meant."""
 
 DENSE = 2.0
-"""Messages no further apart than so many steps are samples: of a simulation, or of lockstep."""
-
-
-def as_received(signals: Signals, scenario: Scenario) -> Signals:
-    """Return ``signals`` over model time, those that were coded as their receivers knew them.
-
-    That is at every step between the messages: held, or made of spikes.
-    """
-    found = dict(signals)
-    for name, (coding, h, time_scale) in codings(scenario).items():
-        signal = signals.get(name)
-        if signal is None or len(signal.t) < 2 or np.median(np.diff(signal.t)) < DENSE * h:
-            continue
-        if isinstance(coding, Delta):
-            found[name] = held(signal, PATIENCE * coding.beat * time_scale, h)
-        else:
-            found[name] = made_of_spikes(signal, coding.tau, h)
-    return found
+"""Spikes no further apart than so many steps are samples: of a simulation, or of lockstep."""
 
 
 class Coded(NamedTuple):
@@ -43,6 +28,16 @@ class Coded(NamedTuple):
     coding: Delta | Spikes
     h: float
     time_scale: float
+
+    @property
+    def patience(self) -> float:
+        """Seconds between two messages after which one is missing."""
+        return PATIENCE * self.coding.beat if isinstance(self.coding, Delta) else math.inf
+
+    @property
+    def longest(self) -> float:
+        """The same in model time; 0 for spikes, which a receiver does not hold."""
+        return self.patience * self.time_scale if isinstance(self.coding, Delta) else 0.0
 
 
 def codings(scenario: Scenario) -> dict[str, Coded]:
@@ -59,24 +54,44 @@ def codings(scenario: Scenario) -> dict[str, Coded]:
     return found
 
 
-def held(signal: Signal, longest: float, h: float) -> Signal:
-    """Return ``signal`` held between its samples, every ``h``, where they are near enough.
+def as_received(signals: Signals, coded: Mapping[str, Coded]) -> Signals:
+    """Return ``signals`` over model time, those that were coded as their receivers knew them.
 
-    ``longest`` is the largest interval that is no gap; all in model time.
+    That is at every step between the messages, to the end of the recording: held, or made of
+    spikes.
     """
-    apart = np.diff(signal.t, append=signal.t[-1])
-    steps = np.where(apart <= longest, np.ceil(apart / h - 1e-6), 1.0).astype(np.int64)
+    found = dict(signals)
+    end = max((float(s.t[-1]) for s in signals.values() if len(s.t)), default=0.0)
+    for name, each in coded.items():
+        signal = signals.get(name)
+        if signal is None or not len(signal.t):
+            continue
+        if isinstance(each.coding, Delta):
+            found[name] = held(signal, each.longest, each.h, end)
+        elif len(signal.t) > 1 and np.median(np.diff(signal.t)) >= DENSE * each.h:
+            found[name] = made_of_spikes(signal, each.coding.tau, each.h, end)
+    return found
+
+
+def held(signal: Signal, longest: float, h: float, end: float) -> Signal:
+    """Return ``signal`` held between its samples and to the ``end``, every ``h``.
+
+    But not over an interval of more than ``longest``, in which something is missing; all in model
+    time.
+    """
+    apart = np.diff(signal.t, append=max(end, float(signal.t[-1])))
+    steps = np.where(apart <= longest, np.ceil(apart / h - 0.5), 1.0).astype(np.int64)
     steps = np.maximum(steps, 1)
     first = np.repeat(np.cumsum(steps) - steps, steps)
     t = np.repeat(signal.t, steps) + (np.arange(steps.sum()) - first) * h
     return Signal(t, np.repeat(signal.x, steps))
 
 
-def made_of_spikes(signal: Signal, tau: float, h: float) -> Signal:
-    """Return what a receiver makes of spikes, every ``h`` of model time from the first one on."""
+def made_of_spikes(signal: Signal, tau: float, h: float, end: float) -> Signal:
+    """Return what a receiver makes of spikes, every ``h`` from the first one to the ``end``."""
     receiver = Receiver(tau)
     messages = list(zip(signal.t.tolist(), signal.x.tolist(), strict=True))[::-1]
-    count = int((signal.t[-1] - signal.t[0]) / h) + 1
+    count = int((end - signal.t[0]) / h + 1e-6) + 1
     t = signal.t[0] + h * np.arange(count)
     x = np.zeros(count)
     for k, now in enumerate(t.tolist()):

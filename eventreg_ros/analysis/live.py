@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ..models.roles import SIGNALS
 from ..scenario import Criteria, parse
+from .coded import Coded, codings
 from .decision import Decision, PlantDecision, decide, summary
 from .evidence import Coverage, Evidence, coverage, gather
 from .signal import Span, is_of
@@ -50,17 +51,18 @@ class LiveJudge:
     """Collects events and samples of a run, and judges it when asked.
 
     Times come in seconds of any clock; model time begins with the first sample of one of the
-    paper's signals.
+    paper's signals. ``coded`` are the signals of which not every sample is sent.
     """
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: Subject, coded: Mapping[str, Coded] | None = None) -> None:
         # How long the run was meant to take is of no concern before its end.
         self._subject = replace(subject, duration=None)
         self._scale = subject.time_scale
         self._since: float | None = None
         self._base = 0.0
-        blind = subject.criteria.blind
-        self._seen = {name: _Watch(blind) for name in subject.needed}
+        blind, self._coded = subject.criteria.blind, coded or {}
+        self._seen = {name: _Watch(blind, self._coded.get(name)) for name in subject.needed}
+        self._last: dict[str, tuple[float, float]] = {}
         self._events: dict[str, list[float]] = {name: [] for name in subject.needed}
         self.margin_used: float | None = None
 
@@ -80,8 +82,9 @@ class LiveJudge:
         """
         if text is None:
             return cls(subject_by_name(signals, criteria, time_scale=time_scale))
-        subject = subject_of(parse(text, 'of the run').within(namespace), signals)
-        return cls(replace(subject, criteria=criteria, time_scale=time_scale))
+        scenario = parse(text, 'of the run').within(namespace)
+        subject = subject_of(scenario, signals)
+        return cls(replace(subject, criteria=criteria, time_scale=time_scale), codings(scenario))
 
     def rescale(self, now: float, time_scale: float) -> None:
         """Let model time go on at another pace from ``now`` on."""
@@ -96,6 +99,21 @@ class LiveJudge:
         watch = self._seen.get(signal)
         if watch is not None:
             watch.saw(self.model_time(t), value)
+
+    def points(self, signal: str, t: float, value: float) -> list[tuple[float, float]]:
+        """Return what a detector of events is given for a sample, as (seconds, value).
+
+        A signal of which not every sample is sent stays as it is until a step before the next.
+        """
+        coded = self._coded.get(signal)
+        if coded is None:
+            return [(t, value)]
+        before = self._last.get(signal)
+        self._last[signal] = (t, value)
+        step = coded.h / coded.time_scale
+        if before is None or not 1.5 * step < t - before[0] <= coded.patience:
+            return [(t, value)]
+        return [(t - step, before[1]), (t, value)]
 
     def event(self, signal: str, t: float) -> None:
         """Take an event."""
@@ -113,7 +131,7 @@ class LiveJudge:
         has any.
         """
         t, settle = self.model_time(now), self._subject.criteria.settle
-        coverage = {name: watch.coverage for name, watch in self._seen.items()}
+        coverage = {name: watch.coverage(t) for name, watch in self._seen.items()}
         longest = {name: seconds * self._scale for name, seconds in (rises or {}).items()}
         span = (settle, max(settle, t))
         evidence = gather(self._subject, coverage, span, t, rises=longest)
@@ -126,10 +144,15 @@ class LiveJudge:
 
 
 class _Watch:
-    """When one signal was seen, sample by sample, in model time."""
+    """When one signal was seen, sample by sample, in model time.
 
-    def __init__(self, blind: float) -> None:
-        self._blind = blind
+    A signal that is sent on delta is seen between its samples as at every step.
+    """
+
+    def __init__(self, blind: float, coded: Coded | None = None) -> None:
+        self._held = coded.longest if coded is not None else 0.0
+        self._h = coded.h if coded is not None else 1.0
+        self._longest = max(blind, self._held)
         self._first: float | None = None
         self._last = 0.0
         self._gaps: list[Span] = []
@@ -141,20 +164,27 @@ class _Watch:
         if not math.isfinite(value):
             self._not_finite += 1
             return
+        passed = t - self._last
         if self._first is None:
             self._first = t
-        elif t - self._last > self._blind:
+        elif passed > self._longest:
             self._gaps.append((self._last, t))
-        self._samples += 1
+        self._samples += self._steps(passed)
         self._last = t
 
-    @property
-    def coverage(self) -> Coverage | None:
-        """When the signal was seen; None where it was not."""
+    def coverage(self, now: float) -> Coverage | None:
+        """Return when the signal was seen until ``now``; None where it was not."""
         if self._first is None:
             return None
         gaps = tuple(self._gaps)
-        return coverage(self._first, self._last, gaps, self._samples, self._not_finite)
+        last, samples = self._last, self._samples
+        if 0.0 < now - last <= self._held:
+            last, samples = now, samples + self._steps(now - last)
+        return coverage(self._first, last, gaps, samples, self._not_finite)
+
+    def _steps(self, passed: float) -> int:
+        """Return how many samples a sample is worth after so much time."""
+        return max(1, round(passed / self._h)) if passed <= self._held else 1
 
 
 def _is_ours(signal: str) -> bool:

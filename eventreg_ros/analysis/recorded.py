@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from ..bags.recording import Recording
 from ..errors import BagError, EventregError
 from ..scenario import Criteria, Scenario
 from .changes import changes_of
-from .coded import as_received, codings
+from .coded import Coded, as_received, codings
 from .export import to_dataframe, to_xarray
 from .signal import Signal, Signals
 from .subject import Subject, subject_by_name, subject_of
@@ -55,7 +55,12 @@ class Analysis:
         """The signals over model time; those that were coded as their receivers knew them."""
         read = self.recording.in_model_time(self.time_scale)
         found: Signals = {name: Signal(t, x) for name, (t, x) in read.items()}
-        return as_received(found, self.scenario) if self.scenario else found
+        return as_received(found, self._coded)
+
+    @cached_property
+    def _coded(self) -> Mapping[str, Coded]:
+        """The signals of which not every sample was sent."""
+        return codings(self.scenario) if self.scenario else {}
 
     @property
     def findings(self) -> list[Finding]:
@@ -79,10 +84,11 @@ class Analysis:
 
     @property
     def _timings(self) -> dict[str, Timing]:
-        """How regularly each signal came; where not every sample is sent, no gap is known."""
-        coded = codings(self.scenario) if self.scenario else {}
-        found = {name: timing(stamps) for name, (stamps, _) in self.recording.signals.items()}
-        return {n: each._replace(gaps=0) if n in coded else each for n, each in found.items()}
+        """How regularly each signal came."""
+        return {
+            name: timing(stamps, self._coded[name].patience if name in self._coded else None)
+            for name, (stamps, _) in self.recording.signals.items()
+        }
 
     @property
     def duration(self) -> float:

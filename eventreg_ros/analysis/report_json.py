@@ -79,4 +79,6 @@ def _signal(summary: SignalSummary, sent: Messages | None) -> dict[str, Any]:
         found['timing'] = summary.timing._asdict()
     if sent is not None:
         found['messages'] = sent._asdict()
+    if summary.energy is not None:
+        found['energy'] = summary.energy
     return found

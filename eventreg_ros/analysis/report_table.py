@@ -15,7 +15,7 @@ def table(report: Report) -> str:
         lines += _plant(each, len(report.plants) > 1)
     lines += map(learning.words, report.learned)
     lines += [changes.words(report.changes)] if report.changes else []
-    lines += filter(None, [messages.words(report)])
+    lines += messages.words(report)
     return '\n'.join([*lines, report.reason, f'verdict: {report.verdict}'])
 
 

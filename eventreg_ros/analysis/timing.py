@@ -25,8 +25,12 @@ class Timing(NamedTuple):
     gaps: int
 
 
-def timing(stamps: npt.NDArray[np.int64]) -> Timing:
-    """Return how regularly a signal came, from its stamps in nanoseconds, shape (n,)."""
+def timing(stamps: npt.NDArray[np.int64], patience: float | None = None) -> Timing:
+    """Return how regularly a signal came, from its stamps in nanoseconds, shape (n,).
+
+    Where not every sample is sent, an interval is a gap when it is longer than ``patience``
+    (seconds).
+    """
     if len(stamps) < 2:
         return Timing(None, None, None, None, 0)
     periods = np.diff(stamps) * 1e-9
@@ -37,7 +41,11 @@ def timing(stamps: npt.NDArray[np.int64]) -> Timing:
         period_p50=median,
         period_p99=float(np.percentile(periods, 99)),
         period_max=float(periods.max()),
-        gaps=count_gaps(periods, median),
+        gaps=(
+            count_gaps(periods, median)
+            if patience is None
+            else int(np.count_nonzero(periods > patience))
+        ),
     )
 
 

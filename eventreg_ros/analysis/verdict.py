@@ -38,6 +38,10 @@ class SignalSummary:
     events: tuple[float, ...]
     timing: Timing | None = None
     """How regularly it came, where it was recorded."""
+    messages: int | None = None
+    """In how many messages it was sent; None where nothing was, as in a continuous system."""
+    energy: float | None = None
+    """Of a control: the integral of its square over the run (model time)."""
 
 
 @dataclass(frozen=True)
@@ -110,9 +114,9 @@ def judge(
 
     Judged is what lies from the subject's ``settle`` to ``until`` (None: the end). ``findings``
     are a reader's, with ``at`` in model time; ``lenient`` judges what was seen although they say
-    that something is missing. ``counts`` are the messages in which recorded signals came, where a
-    signal has been made of few. ``changes``, in model time, are noted. Raises EventregError when
-    there is no output of a plant to judge.
+    that something is missing. ``counts`` are the messages in which signals were sent.
+    ``changes``, in model time, are noted. Raises EventregError when there is no output of a plant
+    to judge.
     """
     _need_outputs(signals, subject)
     criteria = subject.criteria
@@ -133,7 +137,8 @@ def judge(
     found_out = learned(signals, learners)
     said = learning_findings(learners, found_out, decision.rejection.spurious)
     evidence = replace(evidence, warnings=(*evidence.warnings, *said))
-    given = timings or {}
+    given, sent = timings or {}, counts or {}
+    controls = {u for each in plants for u in each.plant.controls}
     return Report(
         subject=subject,
         duration=end,
@@ -145,7 +150,10 @@ def judge(
         synchronisation=together([each.synchronisation for each in reports]),
         plants=reports,
         signals={
-            name: _summary(signals[name], events[name], given.get(name), (counts or {}).get(name))
+            name: replace(
+                _summary(signals[name], events[name], given.get(name), sent.get(name)),
+                energy=_energy(signals[name]) if name in controls else None,
+            )
             for name in ordered(signals)
         },
         learned=found_out,
@@ -196,12 +204,20 @@ def _summary(
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (math.nan, math.nan)
     known = len(finite) > 0
     return SignalSummary(
-        len(t) if count is None else count,
+        count if timing is not None and count is not None else len(t),  # read, not made
         low if known else None,
         high if known else None,
         tuple(events),
         timing,
+        count,
     )
+
+
+def _energy(signal: Signal) -> float | None:
+    """Return the integral of the square of a signal, None where it is not known."""
+    rms = size(signal, (-math.inf, math.inf)).rms
+    energy = math.nan if rms is None else rms * rms * float(signal.t[-1] - signal.t[0])
+    return energy if math.isfinite(energy) else None
 
 
 def residual(signals: Signals, plant: JudgedPlant) -> Signal:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Spikes: u as two events a period, and the generator by which the receiver makes u of them again.
 
 An event is sent when the predicted x1 passes 0: its sign says whether x1 rises or falls, and by

@@ -14,7 +14,7 @@ from ..scenario.blocks import coding_of
 from ..scenario.inputs import delays_of, signs_of, templates_of
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import leads_of
-from ..simulation.coding import Coder
+from ..simulation.coding import Coder, Coding
 from ..simulation.hold import horizon_in_steps
 from ..simulation.model_time import steps_of
 from .lead import Lead
@@ -42,6 +42,8 @@ class SignalNode(ManagedNode):
     cut_off = 0
     """Samples of the output that output_limit cut off."""
     _reported_cut_off = 0
+    coding: Coding | None = None
+    """How the output is coded, as listeners know it: as it was when the node was configured."""
     coder: Coder | None = None
     """What codes the output, where not every sample is sent."""
     sent = 0
@@ -76,6 +78,7 @@ class SignalNode(ManagedNode):
     def open(self) -> None:
         """Create the publisher of the output and the subscriptions of the inputs."""
         self.pace = None
+        self.coding = coding_of(self.values)
         lockstep = self.values['lockstep']
         topic = signal_topic(lockstep)
         self.publisher = self.advertise(topic, self.values['output'], always=lockstep)
@@ -126,7 +129,8 @@ class SignalNode(ManagedNode):
             inputs.limit(values['input_limit'])
             inputs.play_after(self.lead)
             for signal, samples in zip(inputs.signals, inputs.samples, strict=True):
-                samples.sparse = samples.sparse or signal in held
+                if signal in held:
+                    samples.sparse, samples.patience = True, inputs.timeout
             own = 'delay_margin' if values['hold'] == 'linear' else 'delay_margin_zero'
             margin, warn = values[own], values['delay_warn']
             inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
@@ -138,9 +142,9 @@ class SignalNode(ManagedNode):
         publishing 0, and its samples go on to be numbered when it is switched on again.
         """
         self.sent, self._looked = 0, (time.monotonic(), 0)
-        coding = coding_of(self.values)
         if not (self.values['lockstep'] and self.pace is not None):
-            self.coder = Coder(coding, self.values['rate'], self.h) if coding else None
+            coding, rate = self.coding, self.values['rate']
+            self.coder = Coder(coding, rate, self.h) if coding is not None else None
         self._tune_inputs()
         if self.values['lockstep']:
             self._begin_lockstep()

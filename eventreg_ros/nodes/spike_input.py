@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What has arrived of one input that comes as spikes, and the signal that is made of them."""
 
 from __future__ import annotations

@@ -158,14 +158,19 @@ class SpikeMonitor(ManagedNode):
             self.newest = max(self.newest, stamp)
             seconds, value = self._seconds(stamp), unpacked(data)
             self.judge.saw(signal, seconds, value)
-            t = detector.push(seconds, value)
-            if t is not None:
-                self.judge.event(signal, t)
-                stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()
-                self.send(self.events[signal], Header(stamp=stamp, frame_id=signal))
-                self.send(self.counts[signal], UInt64(data=detector.count))
+            for at, x in self.judge.points(signal, seconds, value):
+                t = detector.push(at, x)
+                if t is not None:
+                    self._count(signal, t)
 
         return receive
+
+    def _count(self, signal: str, t: float) -> None:
+        """Publish an event at ``t`` seconds, and how many there were."""
+        self.judge.event(signal, t)
+        stamp = Time(nanoseconds=self.zero + round(t * SECOND)).to_msg()
+        self.send(self.events[signal], Header(stamp=stamp, frame_id=signal))
+        self.send(self.counts[signal], UInt64(data=self.detectors[signal].count))
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         """Note which part of the delay margin the blocks of our namespace say is used."""

@@ -64,7 +64,9 @@ class StampedInput:
         """Samples of larger magnitude are dropped."""
         self._suspect: tuple[int, float] | None = None
         self.sparse = False
-        """Whether the sender leaves out samples on purpose, so that gaps are none."""
+        """Whether the sender leaves out samples on purpose."""
+        self.patience = math.inf
+        """Seconds without a sample that are a gap then."""
         self.out_of_order = 0
         self.lost = 0
         self.gaps = 0
@@ -169,10 +171,13 @@ class StampedInput:
         if count == 1:
             self._usual = seconds
         self.jitter.add(abs(seconds - self._usual))
-        if count > FIRST and seconds > GAP * self._usual and not self.sparse:
+        if seconds > self.patience if self.sparse else self._is_gap(seconds):
             self.gaps += 1
         # A gap moves the usual period too, but no further than the interval that is just no gap.
         self._usual += max(0.05, 1.0 / count) * (min(seconds, GAP * self._usual) - self._usual)
+
+    def _is_gap(self, seconds: float) -> bool:
+        return self.period.count > FIRST and seconds > GAP * self._usual
 
     def over(
         self, start: int, period: float, timeout: float, horizon: float

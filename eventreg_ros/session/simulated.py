@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from ..analysis.verdict import judge as judge_signals
 from ..bags.changes import node_switched, parameter_set
 from ..bags.writer import write_bag
 from ..errors import EventregError
+from ..models.model import output_beside
 from ..runtime.tick_grid import TickGrid
 from ..scenario import Criteria, Scenario
 from ..scenario.interventions import Intervention, need_before, read_all, turns
@@ -50,6 +51,8 @@ class Run(Judged):
     """The grid in which events are looked for; in a sampled run the same."""
     interventions: tuple[Intervention, ...] = ()
     """What was changed on the way, in the order and at the model times at which it acted."""
+    messages: Mapping[str, int] = field(default_factory=dict)
+    """In how many messages each signal was sent; empty for a continuous system."""
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -88,7 +91,9 @@ class Run(Judged):
         need_span(criteria, float(self.t[-1]), settle=settle, until=until)
         signals = {name: Signal(self.fine.t, x) for name, x in self.fine.signals.items()}
         wanted = replace(subject, criteria=criteria)
-        report = judge_signals(signals, wanted, until=until, changes=self.changes)
+        report = judge_signals(
+            signals, wanted, until=until, changes=self.changes, counts=self.messages
+        )
         coarse = {  # the fine grid is for the events alone
             name: replace(signal, samples=len(self.t)) for name, signal in report.signals.items()
         }
@@ -161,7 +166,7 @@ def simulate(
         impairment = Impairment(delay, loss, jitter, seed, need_linked(loop, links))
         found = simulate_sampled(loop, duration, impairment, done, noise=added)
         acted = tuple(_on_grid(each, loop) for each in asked)
-        return Run(scenario, found.t, found.signals, found, acted)
+        return Run(scenario, found.t, found.signals, found, acted, _messages(found))
     time_scale, rate = loop.grid
     every = max(math.ceil(time_scale / rate / FINE - 1e-9), 1)
     fine = loop.sampled_at(every * rate)
@@ -177,3 +182,10 @@ def _on_grid(each: Intervention, loop: Loop) -> Intervention:
     """Return an intervention at the model time of the sample at which it acts in a sampled loop."""
     time_scale, rate = loop.grid
     return each._replace(at=steps_of(each.at, time_scale / rate) * time_scale / rate)
+
+
+def _messages(found: Trajectory) -> dict[str, int]:
+    """Return in how many messages each signal was sent, what goes beside an output with it."""
+    sent = dict.fromkeys(found.signals, len(found.t)) | dict(found.messages)
+    beside = {name: output_beside(name, found.signals) for name in found.signals}
+    return {name: sent[beside[name] or name] for name in found.signals}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How an output travels when not every sample does: what receivers make of it, and when they hear.
 
 A coder stands behind a block's output. It is given every sample and gives what receivers make of
@@ -20,6 +21,10 @@ Code = Callable[[float, State, Any, float], tuple[float, State]]
 """
 
 MakeCode = Callable[[Compile], Code]
+
+
+NEVER = 1e18
+"""For how many steps nothing was sent by one who never sent anything."""
 
 
 class Coding(Protocol):
@@ -90,7 +95,7 @@ class Delta(NamedTuple):
     @property
     def start(self) -> State:
         """Nothing was sent; behind the common part, for how many steps nothing has been."""
-        return (0.0, 0.0, 0.0, 0.0)
+        return (0.0, 0.0, 0.0, NEVER)
 
     @property
     def held(self) -> bool:
@@ -111,7 +116,7 @@ def make_delta(compile: Compile) -> Code:
 
     def code(y: float, c: State, tuning: Any, h: float) -> tuple[float, State]:
         sent, count, since = c[1], c[2], c[3] + 1.0
-        if count == 0.0 or abs(y - sent) >= tuning[0] or since >= tuning[1]:
+        if abs(y - sent) >= tuning[0] or since >= tuning[1]:
             return y, (1.0, y, count + 1.0, 0.0)
         return sent, (0.0, sent, count, since)
 

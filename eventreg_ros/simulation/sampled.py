@@ -126,7 +126,8 @@ class SampledLoop:
                 table = self._advance(blocks, table, have, (first, last), noise, compiled)
         states = [number for each in blocks for number in each.x]
         _check(t, table, states)
-        return Trajectory(t, dict(zip(self.signals, table, strict=True)))
+        sent = {e.spec.output: e.messages for e in blocks if e.spec.coding is not None}
+        return Trajectory(t, dict(zip(self.signals, table, strict=True)), sent)
 
     def _advance(
         self,

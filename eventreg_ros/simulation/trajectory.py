@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,11 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Signals on a common grid: ``t`` of shape (n,) in model time, every signal of shape (n,)."""
+    """Signals on a common grid: ``t`` of shape (n,) in model time, every signal of shape (n,).
+
+    ``messages``: in how many those were sent of which not every sample was.
+    """
 
     t: Array
     signals: dict[str, Array]
+    messages: Mapping[str, int] = field(default_factory=dict)

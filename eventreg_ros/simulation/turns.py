@@ -60,19 +60,38 @@ class Condition:
     def after(self, turn: Turn, n: int = 0) -> Condition:
         """Return the condition after a turn at step ``n``."""
         assert turn.spec is not None
-        spec = turn.spec(self.learned)
+        # listeners know how the output was coded at the start
+        spec = replace(turn.spec(self.learned), coding=self.spec.coding)
         if turn.action == 'deactivate':
             return self.off()
         if turn.action == 'activate':
-            return self if self.running else Condition.of(spec, n + 1, starting=True)
+            if self.running:
+                return self
+            begun = Condition.of(spec, n + 1, starting=True)
+            own = len(begun.x) - self._coder
+            return replace(begun, x=begun.x[:own] + self.x[len(self.x) - self._coder :])
         return replace(self, spec=spec, x=retuned(self.x, self.spec, spec))
 
     def off(self) -> Condition:
-        """Return the condition of the block switched off; its coder forgets."""
+        """Return the condition of the block switched off.
+
+        Its coder forgets all but how many messages there were; that it is off is one more.
+        """
         coding, x = self.spec.coding, self.x
-        if coding is not None:
-            x = (*x[: -len(coding.start)], *coding.start)
+        if coding is not None and self.running:
+            sent = self.messages + 1
+            x = (*x[: -self._coder], *coding.start[:2], float(sent), *coding.start[3:])
         return replace(self, x=x, running=False, starting=False)
+
+    @property
+    def _coder(self) -> int:
+        """How many of the states are the coder's; they come last."""
+        return len(self.spec.coding.start) if self.spec.coding is not None else 0
+
+    @property
+    def messages(self) -> int:
+        """In how many messages the output was sent, where it is coded."""
+        return int(self.x[len(self.x) - self._coder + 2])
 
     @classmethod
     def of(cls, spec: BlockSpec, n: int = 0, *, starting: bool = False) -> Condition:
@@ -86,7 +105,7 @@ class Condition:
         coding = self.spec.coding
         if coding is None:
             return None
-        return (coding.make if self.running else make_mute), len(self.x) - len(coding.start)
+        return (coding.make if self.running else make_mute), len(self.x) - self._coder
 
     @property
     def make(self) -> Make | None:

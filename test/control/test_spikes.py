@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """u in two spikes a period: the sender's events, the receiver's generator, the loop with both."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes whose output is coded: which messages go out, and what listeners make of them."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Outputs of which not every sample is sent: what receivers make of them, and how many are."""
 
 import numpy as np
@@ -76,6 +77,28 @@ def test_switched_off_nothing_is_sent_and_u_is_0():
     run = simulate(load('exact', 'controller.send_on_delta:=0.1'), 40.0, sampled=True, at=at)
     assert not run['u'][401:600].any()
     assert run['u'][601] == 0.5, 'the first sample after that is sent whatever it is'
+
+
+def test_the_messages_of_a_simulation_are_counted_by_the_rule():
+    at = ['20:controller:deactivate', '30:controller:activate']
+    scenario = load('exact', 'controller.send_on_delta:=0.1', 'exosystem.send_on_delta:=0.05')
+    w = len(by_rule(simulate('exact', 40.0, sampled=True)['w'].tolist(), 0.05, 50))
+    whole, switched = (simulate(scenario, 40.0, sampled=True, at=each) for each in ([], at))
+    assert whole.messages == {'w': w, 'y': 801, 'u': whole.messages['u']}
+    assert whole.report.signals['w'].messages == w
+    runs = np.flatnonzero(np.diff(whole['u'], prepend=np.nan))  # where a message differs
+    beats = int(((np.diff(runs, append=801) - 1) // 50).sum())
+    assert whole.messages['u'] == len(runs) + beats
+    off = simulate(scenario, 20.0, sampled=True).messages['u']
+    assert off + 2 < switched.messages['u']
+    assert simulate(scenario, 30.0, sampled=True, at=at[:1]).messages['u'] == off + 1
+    assert simulate(scenario, 5.0).messages == {}, 'a continuous system sends nothing'
+
+
+def test_what_goes_beside_an_output_goes_when_it_does():
+    scenario = load('late', 'controller.coding:=spikes')
+    run = simulate(scenario, 200.0, sampled=True)
+    assert run.messages['u/tau'] == run.messages['u'] < 12
 
 
 def test_without_it_the_bits_are_those_of_ever():
