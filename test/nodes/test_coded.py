@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from std_msgs.msg import Float64
 
+from eventreg_ros import load, simulate
+from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.control.spikes import Spikes
 from eventreg_ros.nodes.block import BlockNode
 from eventreg_ros.nodes.spike_input import SpikeInput
@@ -78,3 +80,42 @@ def test_the_input_makes_of_spikes_what_the_sender_thinks(late):
     np.testing.assert_allclose(found[first:][same], expected[same], rtol=0.0, atol=1e-6)
     assert (samples.late > 0) == (late > 0)
     assert samples.gaps == 0
+
+
+CODED = ('controller.coding:=spikes', 'plant.send_on_delta:=0.05', 'exosystem.send_on_delta:=0.1')
+ON_DELTA = ('/**.send_on_delta:=0.1', '/**.input_timeout:=0.2')
+
+
+@pytest.mark.parametrize(
+    ('name', 'overrides', 'more', 'delay'),
+    [
+        ('late', CODED, ['--composed'], 1.5),
+        ('open', ON_DELTA, [], 0.3),
+    ],
+    ids=['spikes, composed', 'on delta, processes'],
+)
+def test_lockstep_has_the_bits_of_the_sampled_simulation(
+    eventreg, tmp_path, name, overrides, more, delay
+):
+    late = [f'--link={signal}:delay={delay / 10.0}' for signal in 'yu']
+    run = eventreg(
+        'run', name, '--lockstep', *more, *late, *(word for p in overrides for word in ('-p', p)),
+        '--at', '3:controller:deactivate', '--at', '4:controller:activate',
+        '--settle', '0', '--duration', '8', '--bag', tmp_path / 'bag',
+    )  # fmt: skip
+    assert run.returncode in (0, 1, 3), run.stderr
+    at = ['30:controller:deactivate', '40:controller:activate']
+    truth = simulate(load(name, *overrides), 80.0, sampled=True, delay=delay, on='yu', at=at)
+    recorded = read_bag(tmp_path / 'bag').signals
+    assert sorted(recorded) == sorted(truth.signals)
+    for signal, values in truth.signals.items():
+        assert np.asarray(recorded[signal][1]).tobytes() == values.tobytes(), signal
+
+
+def test_a_silence_of_more_than_the_timeout_is_a_gap_and_less_is_none(bench):
+    plant = bench.add(PLANT, "held_inputs:=['u']", 'input_timeout:=0.4')
+    (u,) = (s for s, name in zip(plant.inputs.samples, plant.inputs.signals, strict=True)
+            if name == 'u')  # fmt: skip
+    for stamp in (0.0, 0.01, 0.02, 0.03, 0.3, 0.6, 0.605, 1.1):
+        u.push(round(stamp * SECOND), 0.0)
+    assert u.gaps == 1
