@@ -41,7 +41,7 @@ class SignalSummary:
     messages: int | None = None
     """In how many messages it was sent; None where nothing was, as in a continuous system."""
     energy: float | None = None
-    """Of a control: the integral of its square over the run (model time)."""
+    """Of a control that was sent: the integral of its square over the run (model time)."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def judge(
         signals={
             name: replace(
                 _summary(signals[name], events[name], given.get(name), sent.get(name)),
-                energy=_energy(signals[name]) if name in controls else None,
+                energy=_energy(signals[name]) if name in controls & sent.keys() else None,
             )
             for name in ordered(signals)
         },
@@ -215,8 +215,9 @@ def _summary(
 
 def _energy(signal: Signal) -> float | None:
     """Return the integral of the square of a signal, None where it is not known."""
-    rms = size(signal, (-math.inf, math.inf)).rms
-    energy = math.nan if rms is None else rms * rms * float(signal.t[-1] - signal.t[0])
+    t, x = signal
+    rms = size(Signal(t, x), (-math.inf, math.inf)).rms
+    energy = math.nan if rms is None else rms * rms * float(t[-1] - t[0])
     return energy if math.isfinite(energy) else None
 
 

@@ -4,7 +4,10 @@
 ``--json F`` writes ``{"scenario", "time_scale", "duration", "settle", "window", "seeds", "holds":
 {"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT, "delay_at_rate": LIMIT, "delay_of":
 {SIGNAL: LIMIT, ...}}, "linear": ...}}``: the same on every link; then the delay at the rate of loss
-and jitter, the scenario's own; then the delay of one signal alone. A LIMIT is ``{"rate",
+and jitter, the scenario's own; then the delay of one signal alone. Of a loop that predicts,
+``delay`` is of the links ``on`` to the controller and from it, with the lead set to the delay,
+``delay_at_lead`` the same with the scenario's lead, and every LIMIT has a ``lead``: "delay", or the
+lead. A LIMIT is ``{"rate",
 "h", "resolution", "largest", "fails_at", "scanned_to", "rejected_again", "milliseconds"}``: delay
 and jitter in model time, loss as a probability; ``largest`` is the most at which the verdict is
 rejected, null where it is not even at 0; ``milliseconds`` the same as a time at the scenario's

@@ -55,8 +55,9 @@ class Setting:
 class Evaluator:
     """A scenario with one hold on all its blocks, at one rate, run again and again.
 
-    ``on``: the one signal whose links are impaired, None for all. Raises EventregError when the
-    scenario cannot be simulated.
+    ``on``: the one signal, or those, whose links are impaired, None for all. ``led``: the lead of a
+    loop that predicts is set to cover delay and jitter. Raises EventregError when the scenario
+    cannot be simulated.
     """
 
     def __init__(
@@ -65,11 +66,16 @@ class Evaluator:
         hold: str,
         rate: float,
         setting: Setting,
-        on: str | None = None,
+        on: str | tuple[str, ...] | None = None,
+        *,
+        led: bool = False,
     ) -> None:
         loop = scenario.loop.sampled_at(rate, hold)
         self._loop = SampledLoop(loop)
-        self._setting = setting
+        self._setting, self.led = setting, led
+        self.predicts = loop.predicts
+        self.lead = max((spec.lead for spec in loop.blocks.values()), default=0.0)
+        """The lead of the scenario, model time."""
         subject = subject_of(scenario, self._loop.signals)
         if not subject.plants:
             raise EventregError(f'scenario {scenario.name} has no plant to judge; name one')
@@ -98,7 +104,9 @@ class Evaluator:
             self._known.update(zip(wanted, words, strict=True))
 
     def _on(self, impairment: Impairment) -> Impairment:
-        return impairment if self.on is None else replace(impairment, on=frozenset([self.on]))
+        if self.on is None:
+            return impairment
+        return replace(impairment, on=frozenset([self.on] if isinstance(self.on, str) else self.on))
 
     def verdict(self, impairment: Impairment = PERFECT) -> str:
         """Return the verdict on one run; when its state leaves all bounds, ``not rejected``."""
@@ -106,13 +114,19 @@ class Evaluator:
         if (known := self._known.get(impairment)) is not None:
             return known
         try:
-            run = self._loop.run(self._setting.duration, impairment)
+            run = self._loop_for(impairment).run(self._setting.duration, impairment)
         except EventregError:  # all else that it may complain of was checked at the start
             return NOT_REJECTED
         limits = self._subject.criteria.detector
         events = {s: detect(run.t, run.signals[s], *limits) for s in self._subject.needed}
         evidence = complete(self._setting.settle, float(run.t[-1]))
         return summary(decide(self._subject, events, evidence)).verdict
+
+    def _loop_for(self, impairment: Impairment) -> SampledLoop:
+        if not self.led:
+            return self._loop
+        lead = impairment.delay + impairment.jitter
+        return SampledLoop(self._template.loop.led_by(lead))
 
     def rejected(self, impairment: Impairment) -> bool:
         """Say whether every seed is rejected; it stops at the first that is not."""

@@ -19,10 +19,14 @@ def result(
     for limit in limits:
         entry = asdict(limit)
         kind, hold, on = (entry.pop(key) for key in ('kind', 'hold', 'on'))
+        if limit.lead is None:
+            del entry['lead']
         entry['milliseconds'] = milliseconds(limit, scenario)
         of_hold = holds.setdefault(hold, {})
-        if on is not None:
+        if isinstance(on, str):
             of_hold.setdefault(f'{kind}_of', {})[on] = entry
+        elif on is not None:
+            of_hold[kind if kind not in of_hold else f'{kind}_at_lead'] = {**entry, 'on': list(on)}
         else:
             of_hold[kind if kind not in of_hold else f'{kind}_at_rate'] = entry
     for of_hold in holds.values():
@@ -88,6 +92,13 @@ def notes(limits: list[Limit]) -> list[str]:
         for limit in limits
         if limit.rejected_again
     ]
+    for limit in limits:
+        if isinstance(limit.on, tuple) and isinstance(limit.lead, float):
+            lines.append(
+                f'delay: of {" and ".join(limit.on)}, with the lead set to it; {limit.name}: '
+                'the same with the lead as it is'
+            )
+            break
     if any(limit.largest is None for limit in limits):
         lines.append('none: the verdict is not rejected even without delay, loss and jitter')
     if any(limit.fails_at is None for limit in limits):

@@ -21,20 +21,18 @@ from ..errors import EventregError
 from ..scenario import Scenario
 from ..simulation.hold import HOLDS
 from ..simulation.impairment import PERFECT, Impairment
+from ..simulation.loop import Loop
 from ..simulation.trajectory import Array
 from .evaluator import Evaluator, Setting
+from .scans import FARTHEST_DELAY, further, scan_of, search, search_on
 
 KINDS = ('delay', 'loss', 'jitter')
 
 FINE = 0.01
 """Length of a step in the search for the delay (model time), unless the scenario's is shorter."""
 
-LOSS_UNIT = 0.005
-AHEAD = 3
-"""Steps of a bisection for which everything is run that they may ask for."""
-
-FARTHEST_DELAY, FARTHEST_JITTER = 2.0, 20.0
-"""Model time up to which is scanned."""
+FOLLOWS = 'delay'
+"""The lead of a loop that predicts, where it is set to the delay that is tried."""
 
 Tell = Callable[[str], None]
 """Takes a few words on what was tried last."""
@@ -48,12 +46,13 @@ class Limit:
     ``fails_at``: the least beyond it that was seen to fail; None: nothing failed up to
     ``scanned_to``. ``rejected_again``: values of the scan beyond that one which do not fail.
     ``h`` (model time) is the length of a step at ``rate``, ``resolution`` in the unit of the kind.
-    ``on`` is the one signal whose links are impaired, None where all are.
+    ``on`` is the one signal whose links are impaired, or some, None where all are. ``lead`` is that
+    of a loop that predicts, :data:`FOLLOWS` where it is set to the delay; None for others.
     """
 
     kind: str
     hold: str
-    on: str | None
+    on: str | tuple[str, ...] | None
     rate: float
     h: float
     resolution: float
@@ -61,16 +60,19 @@ class Limit:
     fails_at: float | None
     scanned_to: float
     rejected_again: tuple[float, ...]
+    lead: float | str | None = None
 
     @property
     def name(self) -> str:
         """What was varied, in words."""
+        if isinstance(self.on, tuple) and isinstance(self.lead, float):
+            return f'at lead {self.lead:g}'
         return named(self.kind, self.on)
 
 
-def named(kind: str, on: str | None) -> str:
+def named(kind: str, on: str | tuple[str, ...] | None) -> str:
     """Return what is varied, in words: ``kind``, or that of the signal ``on`` alone."""
-    return kind if on is None else f'{kind} of {on}'
+    return f'{kind} of {on}' if isinstance(on, str) else kind
 
 
 def margins(
@@ -79,11 +81,15 @@ def margins(
     """Return the limits of a scenario: for each hold that of delay, of loss and of jitter.
 
     These are with the same on every link. After them come that of the delay at the scenario's own
-    rate, where it was searched at a finer one, and those of the delay of each signal alone.
-    Raises EventregError when the scenario cannot be simulated or its verdict is undecided.
+    rate, where it was searched at a finer one, and those of the delay of each signal alone. Of a
+    loop that predicts, the first is with the lead set to the delay, and that with the scenario's
+    lead comes next. Raises EventregError when the scenario cannot be simulated or its verdict is
+    undecided.
     """
     setting = setting or Setting.of(scenario)
     linked = _need_verdict(scenario, setting).linked
+    if scenario.loop.predicts:
+        return _of_predicting(scenario, setting, linked, tell)
     fine, own = (rate_for(kind, scenario, setting) for kind in ('delay', 'loss'))
     cases: list[tuple[str, float, str | None]] = [
         (kind, rate_for(kind, scenario, setting), None) for kind in KINDS
@@ -95,6 +101,32 @@ def margins(
         for hold in HOLDS
         for kind, rate, signal in cases
     ]
+
+
+def _of_predicting(
+    scenario: Scenario, setting: Setting, linked: Sequence[str], tell: Tell
+) -> list[Limit]:
+    """Return the same of a loop that predicts, all at its own rate: its delays are long.
+
+    Late are the links to the controller and from it, not those of the disturbance.
+    """
+    rate = rate_for('loss', scenario, setting)
+    far = tuple(to_and_fro(scenario.loop))
+    cases: list[tuple[str, str | tuple[str, ...] | None, bool]] = [('delay', far, True)]
+    cases += [('loss', None, False), ('jitter', None, False), ('delay', far, False)]
+    cases += [('delay', signal, False) for signal in linked]
+    return [
+        limit(Evaluator(scenario, hold, rate, setting, signal, led=led), kind, tell)
+        for hold in HOLDS
+        for kind, signal, led in cases
+    ]
+
+
+def to_and_fro(loop: Loop) -> list[str]:
+    """Return what the controllers that predict hear of a plant, and what they send."""
+    predicting = [spec for spec in loop.blocks.values() if spec.numbered is not None]
+    found = [signal for spec in predicting for signal in (spec.inputs[0][0], spec.output)]
+    return list(dict.fromkeys(found))
 
 
 def rate_for(kind: str, scenario: Scenario, setting: Setting) -> float:
@@ -144,6 +176,10 @@ def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit
         trial.prepare(_impairment(kind, value(k)) for k in numbers)
 
     largest, failure, again = search(passes, scan, prepare)
+    if kind == 'delay' and trial.predicts and failure is None and largest is not None:
+        beyond = further(trial.h)
+        largest, failure = search_on(passes, [largest, *beyond])
+        scan = [*scan, *beyond]
     return Limit(
         kind=kind,
         hold=trial.hold,
@@ -155,60 +191,8 @@ def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit
         fails_at=None if failure is None else value(failure),
         scanned_to=value(scan[-1]),
         rejected_again=tuple(map(value, again)),
+        lead=(FOLLOWS if trial.led else trial.lead) if trial.predicts else None,
     )
-
-
-def scan_of(kind: str, h: float) -> tuple[list[int], float]:
-    """Return the values of the coarse scan as whole multiples of a unit, and that unit.
-
-    Delay: one sample, and every 0.1 of model time; loss: every 0.05 to 0.95, and 0.99; jitter: one
-    sample, and each about 1.4 times the one before. (With everything lost nothing disturbs the
-    plant either; so 1 is left out.)
-    """
-    if kind == 'loss':
-        return [*range(0, 200, 10), 198], LOSS_UNIT
-    if kind == 'delay':
-        tenths = range(round(10.0 * FARTHEST_DELAY) + 1)
-        return sorted({round(0.1 * i / h) for i in tenths} | {1}), h
-    most = max(round(FARTHEST_JITTER / h), 1)
-    powers = range(2 * most.bit_length() + 1)
-    return sorted({min(round(2.0 ** (i / 2)), most) for i in powers} | {0}), h
-
-
-def search(
-    passes: Callable[[int], bool],
-    scan: Sequence[int],
-    prepare: Callable[[Iterable[int]], None] = lambda numbers: None,
-) -> tuple[int | None, int | None, tuple[int, ...]]:
-    """Find the edge of ``passes`` over the increasing whole numbers of ``scan``.
-
-    Returns the last number that passes before the first failure (None: not even the first of
-    ``scan``), the first failure (None: there is none), and the numbers of ``scan`` beyond it that
-    pass again. Between two numbers of ``scan``, ``passes`` is taken for monotone. ``prepare`` takes
-    the numbers that may be asked for next.
-    """
-    prepare(scan)
-    if not passes(scan[0]):
-        return None, scan[0], ()
-    good = [True, *(passes(k) for k in scan[1:])]
-    if all(good):
-        return scan[-1], None, ()
-    first = good.index(False)
-    again = tuple(k for k, g in zip(scan[first:], good[first:], strict=True) if g)
-    low, high = scan[first - 1], scan[first]
-    while high - low > 1:
-        prepare(_middles(low, high, AHEAD))
-        middle = (low + high) // 2
-        low, high = (middle, high) if passes(middle) else (low, middle)
-    return low, high, again
-
-
-def _middles(low: int, high: int, depth: int) -> set[int]:
-    """Return what a bisection from ``low`` to ``high`` may ask for in its next ``depth`` steps."""
-    if depth == 0 or high - low <= 1:
-        return set()
-    middle = (low + high) // 2
-    return {middle} | _middles(low, middle, depth - 1) | _middles(middle, high, depth - 1)
 
 
 @dataclass(frozen=True)
@@ -258,6 +242,7 @@ def delay_and_loss(
 
 def reach(limits: Sequence[Limit]) -> float:
     """Return the delay (model time) up to which a picture shows both holds' edges and beyond."""
-    delay = [found for found in limits if found.kind == 'delay' and found.on is None]
+    delay = [found for found in limits if found.kind == 'delay' and not isinstance(found.on, str)]
+    delay = [found for found in delay if found.lead != FOLLOWS] or delay
     edges = [x.scanned_to if x.fails_at is None else x.fails_at for x in delay]
     return min(max(1.5 * max(edges), 0.3), FARTHEST_DELAY)

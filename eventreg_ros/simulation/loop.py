@@ -99,6 +99,16 @@ class Loop:
         """Return the loop without its stimuli: every open input is 0."""
         return Loop(self.blocks)
 
+    @property
+    def predicts(self) -> bool:
+        """Whether a block predicts, so that what it sends is played after a lead."""
+        return any(spec.numbered is not None for spec in self.blocks.values())
+
+    def led_by(self, lead: float) -> Loop:
+        """Return the loop with a lead of at least so much model time."""
+        blocks = {n: replace(b, lead=max(b.lead, lead)) for n, b in self.blocks.items()}
+        return Loop(blocks, self.stimuli)
+
     def sampled_at(self, rate: float, hold: str | None = None) -> Loop:
         """Return the loop with another ``rate`` (steps per second), and another hold if given."""
         blocks = {
