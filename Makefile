@@ -8,7 +8,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
 .PHONY: demo test lint bench soak docs links figures picture clean
 
-demo: $(VENV)/installed
+demo: $(VENV)/ros
 	@echo 'The closed loop of the paper as ROS nodes: 40 s in real time, then the verdict.'
 	@rm -rf build/demo build/demo.html && mkdir -p build
 	@$(BIN)/eventreg run exact --bag build/demo --report build/demo.html; code=$$?; \
@@ -60,12 +60,17 @@ figures: $(VENV)/installed
 picture: $(VENV)/installed
 	$(BIN)/python docs/demo.py docs/demo.png
 
-$(VENV)/installed: setup.py setup.cfg pyproject.toml
-	@echo 'Installing ROS 2 and the rest into $(VENV): about 1.2 GB and some minutes, only this once.'
+$(VENV)/ros: setup.py setup.cfg pyproject.toml
+	@echo 'Installing ROS 2 and the package into $(VENV): about 530 MB and some minutes, only this once.'
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --upgrade pip
+	@$(BIN)/python -m pip install --editable '.[ros]'
+	@touch $@
+
+$(VENV)/installed: $(VENV)/ros
+	@echo 'Installing numba and what tests need into $(VENV): about 700 MB more, only this once.'
 	@$(BIN)/python -m pip install --editable '.[ros,fast,test]'
-	touch $@
+	@touch $@
 
 clean:
 	rm -rf $(VENV) build install log

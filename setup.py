@@ -19,7 +19,7 @@ ROS = [
     'ros-jazzy-common-interfaces==5.3.6' + ROS_WHEELS,
     'ros-jazzy-rmw-fastrtps-cpp==8.4.3' + ROS_WHEELS,
 ]
-DOCS = ['sphinx>=7.3', 'myst-nb>=1.1', 'jupytext>=1.16', 'furo>=2024.1']
+DOCS = ['sphinx>=7.3', 'myst-nb>=1.1', 'jupytext>=1.16', 'furo>=2024.1', 'latex2mathml>=3.77']
 FRAMES = ['pandas>=2.1', 'xarray>=2024.1', 'pyarrow>=14']
 TEST = [
     *FRAMES,

@@ -9,6 +9,8 @@ DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS), str(DOCS.parent)]
 
 import reference  # noqa: E402
+from docutils.nodes import SkipNode  # noqa: E402
+from latex2mathml.converter import convert  # noqa: E402
 
 import eventreg_ros  # noqa: E402
 
@@ -25,6 +27,7 @@ html_show_sourcelink = False
 
 myst_enable_extensions = ['dollarmath', 'html_image']
 myst_heading_anchors = 3
+html_math_renderer = 'mathml'
 suppress_warnings = ['myst.header']
 
 # The notebooks are scripts; they are run once, and again when they change.
@@ -71,7 +74,18 @@ def contents(text):
     return found
 
 
+def mathml(display):
+    """Return what writes a formula as MathML, which browsers show by themselves, offline too."""
+
+    def visit(translator, node):
+        translator.body.append(convert(node.astext(), display=display))
+        raise SkipNode
+
+    return visit, None
+
+
 def setup(app):
     """Make the pages of the reference before the sources are read."""
     reference.write(DOCS / 'reference')
+    app.add_html_math_renderer('mathml', mathml('inline'), mathml('block'))
     app.connect('source-read', read)

@@ -1,5 +1,5 @@
-# SPDX-License-Identifier: Apache-2.0
 # ---
+# # SPDX-License-Identifier: Apache-2.0
 # jupyter:
 #   jupytext:
 #     formats: py:percent

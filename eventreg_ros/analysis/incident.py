@@ -21,7 +21,7 @@ REACH = 3.0
 """Windows of matching before and after the event that are looked at."""
 
 MOST = 6
-"""Findings that are told of one incident."""
+"""Findings that are reported with one incident."""
 
 SHARE = 0.05
 """Part of the run that is looked at instead where the window is 0."""

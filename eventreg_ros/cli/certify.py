@@ -18,6 +18,7 @@ import textwrap
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from ..files import need_writable
 from .arguments import add_json, add_scenario, load_scenario, positive, write_json
 
 if TYPE_CHECKING:
@@ -59,13 +60,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Print the certificates of the scenario; return 0."""
-    from ..theory.certify import certify
+    """Print the certificates of the scenario, each as soon as it is known; return 0."""
+    from ..theory.certify import one_by_one
     from ..theory.lyapunov import TIME
 
+    need_writable(args.json)
     scenario = load_scenario(args)
     time = TIME if args.time is None else args.time
-    certificates = certify(scenario.loop, time)
+    certificates = []
+    print(f'scenario {scenario.name}')
+    for certificate in one_by_one(scenario.loop, time):
+        certificates.append(certificate)
+        print(f'\n{lines(certificate)}', flush=True)
     write_json(
         args.json,
         {
@@ -74,8 +80,6 @@ def main(args: argparse.Namespace) -> int:
             'certificates': [asdict(c) for c in certificates],
         },
     )
-    print(f'scenario {scenario.name}\n')
-    print('\n\n'.join(lines(certificate) for certificate in certificates))
     return 0
 
 

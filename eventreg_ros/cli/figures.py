@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..errors import EventregError
 from ..files import reason_of, writing
 from .arguments import write_text
+from .progress import Count
 
 if TYPE_CHECKING:
     from ..paper import Drawable
@@ -47,9 +48,12 @@ def main(args: argparse.Namespace) -> int:
     if args.page is not None and args.overrides:
         raise EventregError("--page describes the paper's parameters; leave out --page or -p")
     make_directory(args.out)
-    for figure in chosen:
+    count = Count('figures')
+    for done, figure in enumerate(chosen):
+        count.show(done, len(chosen), figure.name)
         drawable = compute(figure, args.overrides)
         files = write(drawable, args.out / figure.name, formats, args.data)
+        count.clear()
         print(f'{figure.name}: {", ".join(file.name for file in files)}', flush=True)
     if args.page is not None:
         pictures = os.path.relpath(args.out, args.page.parent)

@@ -38,7 +38,7 @@ from .arguments import (
     whole,
     write_json,
 )
-from .progress import Line
+from .progress import Count
 
 if TYPE_CHECKING:
     from ..robustness.evaluator import Setting
@@ -94,14 +94,15 @@ def main(args: argparse.Namespace) -> int:
         rate=args.rate,
     )
     found: Map | None = None
-    line = Line()
+    count = Count('searches')
     try:
-        limits = margins(scenario, setting, line.show)
+        limits = margins(scenario, setting, count.show)
         if args.plot is not None:
             size = {} if compiles() else SMALLER
-            found = delay_and_loss(scenario, reach(limits), setting, line.show, **size)
+            count = Count('rows of the picture')
+            found = delay_and_loss(scenario, reach(limits), setting, count.show, **size)
     finally:
-        line.clear()
+        count.clear()
     print(table(scenario, setting, limits), flush=True)
     write_json(args.json, result(scenario, setting, limits, found))
     if found is not None:

@@ -37,46 +37,36 @@ class Terminal(Observer):
         print(f'\r{line}' if self._terminal else line, end=end, flush=True)
 
 
-class Line:
-    """A line on standard error that is written over; nothing where that is not a terminal."""
-
-    def __init__(self) -> None:
-        self._terminal = sys.stderr.isatty()
-
-    def show(self, words: str) -> None:
-        """Show ``words`` in place of what was shown before."""
-        if self._terminal:
-            print(f'\r\x1b[K{words}', end='', file=sys.stderr, flush=True)
-
-    def clear(self) -> None:
-        """Leave an empty line."""
-        self.show('')
-
-
 class Count:
     """How many of how many are done and when the rest will be, on standard error.
 
-    On a terminal one line that is written over, else a line every 10 s.
+    ``unit`` is what is counted. On a terminal one line that is written over, else a line every
+    10 s.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, unit: str = 'sets') -> None:
+        self._unit = unit
         self._terminal = sys.stderr.isatty()
         self._began = time.monotonic()
         self._first: int | None = None
         self._next = 0.0 if self._terminal else 10.0
 
-    def show(self, done: int, count: int) -> None:
-        """Show that ``done`` of ``count`` are done; a count of 0 is not known."""
+    def show(self, done: int, count: int, doing: str = '') -> None:
+        """Show that ``done`` of ``count`` are done, and what was done last or is being done.
+
+        A count of 0 is not known.
+        """
         elapsed = time.monotonic() - self._began
         if self._first is None:
             self._first = done
         if elapsed < self._next:
             return
         self._next = elapsed + (0.2 if self._terminal else 10.0)
-        words = f'{done} sets' if not count else f'{done} of {count} sets'
+        words = f'{done} of {count} {self._unit}' if count else f'{done} {self._unit}'
         fresh = done - self._first
         if count and fresh:
             words += f', {_span((count - done) * elapsed / fresh)} to go'
+        words += f' ({doing})' if doing else ''
         start, end = ('\r\x1b[K', '') if self._terminal else ('', '\n')
         print(f'{start}{words}', end=end, file=sys.stderr, flush=True)
 

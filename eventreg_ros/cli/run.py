@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ..analysis.rejection import REJECTED
 from ..analysis.report_table import table
 from ..files import need_writable
 from ..scenario.interventions import read_all
@@ -88,9 +89,10 @@ def main(args: argparse.Namespace) -> int:
 
 
 def show(found: LiveRun, outputs: ReportOutputs, timing: bool = False) -> int:
-    """Print and write what came of the run; return the exit code.
+    """Print and write what came of the run, the verdict last; return the exit code.
 
-    The tables of ``timing`` come as well where a node warned of what can matter to the verdict.
+    The tables of ``timing`` come unasked where events were not rejected and a node warned of what
+    can be the reason.
     """
     broken = '; '.join(found.troubles)
     analysis = found.analysis
@@ -99,11 +101,11 @@ def show(found: LiveRun, outputs: ReportOutputs, timing: bool = False) -> int:
         return BROKEN
     report = analysis.report
     warn(report.evidence.warnings)
+    warnings = found.warnings if timing else live_timing.matters(found.warnings)
+    if found.measured and (timing or (warnings and report.verdict != REJECTED)):
+        print(live_timing.tables(found.measured, warnings))
     print(f'bag: {found.bag}')
     print(table(report))
-    warnings = found.warnings if timing else live_timing.matters(found.warnings)
-    if found.measured and (timing or warnings):
-        print(live_timing.tables(found.measured, warnings))
     measured = live_timing.tables(found.measured, found.warnings) if found.measured else ''
     outputs.write(report, lambda: recorded_page(analysis, found.bag, found.noted, measured))
     if broken:

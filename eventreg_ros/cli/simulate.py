@@ -85,7 +85,7 @@ def main(args: argparse.Namespace) -> int:
     report = judge(run, args.settle, args.window, blind=args.blind)
     print(table(report), flush=True)
     warn(report.evidence.warnings)
-    _tell_rounding(args.delay, scenario)
+    _warn_of_rounding(args.delay, scenario)
     _write(args, run)
     outputs.write(report, lambda: _page(run, report))
     return report.exit_code
@@ -104,7 +104,7 @@ def _duration(args: argparse.Namespace, scenario: Scenario) -> float:
     return duration
 
 
-def _tell_rounding(delay: float | None, scenario: Scenario) -> None:
+def _warn_of_rounding(delay: float | None, scenario: Scenario) -> None:
     h = scenario.time_scale / scenario.rate
     if not math.isfinite((delay or 0.0) / h):
         return

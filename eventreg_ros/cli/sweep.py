@@ -40,7 +40,7 @@ from .progress import Count
 if TYPE_CHECKING:
     from ..plots.comparison_plot import Shown
     from ..robustness.plan import Plan
-    from ..robustness.sweep import Tell
+    from ..robustness.sweep import Progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -147,13 +147,13 @@ def _say_if_slow() -> None:
         )
 
 
-def _table(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
+def _table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     from ..robustness.cluster import runner
     from ..robustness.sweep import run_sweep
     from ..robustness.sweep_words import sweep_words
     from ..robustness.yields import indices, scenario_text, worst_of, yield_of
 
-    sweep = run_sweep(plan, args.out, runner(args.engine, args.scheduler), tell)
+    sweep = run_sweep(plan, args.out, runner(args.engine, args.scheduler), progress)
     result = sweep.as_json()
     share = yield_of(sweep.rejected, sweep.sets) if plan.sets else None
     matters = indices(sweep) if args.indices else []
@@ -177,11 +177,11 @@ def _table(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
     return Found(sweep_words(sweep, share, matters), result, draw)
 
 
-def _border(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
+def _border(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     from ..robustness.border import border_csv, find_border
     from ..robustness.sweep_words import border_words
 
-    border = find_border(plan, args.border.split(','), tell)
+    border = find_border(plan, args.border.split(','), progress)
     if args.out is not None:
         args.out.mkdir(parents=True, exist_ok=True)
         write_text(args.out / 'border.csv', border_csv(border))
@@ -200,12 +200,12 @@ def _border(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
     return Found(border_words(plan, border), result, draw)
 
 
-def _worst(args: argparse.Namespace, plan: Plan, tell: Tell) -> Found:
+def _worst(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     from ..robustness.sweep_words import worst_words
     from ..robustness.worst import search
     from ..robustness.yields import scenario_text
 
-    worst = search(plan, args.worst, tell)
+    worst = search(plan, args.worst, progress)
     if args.out is not None:
         args.out.mkdir(parents=True, exist_ok=True)
         write_text(args.out / 'worst.yaml', scenario_text(plan, worst.values))

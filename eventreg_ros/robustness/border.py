@@ -21,7 +21,7 @@ import numpy.typing as npt
 from ..errors import EventregError
 from .plan import Plan
 from .sets import Sets
-from .sweep import Tell, pool_here
+from .sweep import Progress, pool_here
 
 COARSE = 8
 """Fine steps in a step of the coarse grid."""
@@ -111,7 +111,9 @@ class Border:
         return len(self.x) * len(self.y)
 
 
-def find_border(plan: Plan, names: Sequence[str], tell: Tell = lambda done, count: None) -> Border:
+def find_border(
+    plan: Plan, names: Sequence[str], progress: Progress = lambda done, count: None
+) -> Border:
     """Find the border over the two axes of a plan, both ranges with a number of values.
 
     ``names`` are theirs, x first. Raises EventregError when the plan has others.
@@ -133,7 +135,7 @@ def find_border(plan: Plan, names: Sequence[str], tell: Tell = lambda done, coun
             places = np.array(points).T
             columns = [axis.nth(at) for axis, at in zip(axes, places, strict=True)]
             rows = sets.run(columns, pool).rows
-            tell(len(known) + len(points), 0)
+            progress(len(known) + len(points), 0)
             return [verdict == 1 for verdict in rows['verdict'].tolist()]
 
         shape = len(axes[0].values), len(axes[1].values)

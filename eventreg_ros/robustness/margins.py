@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -34,8 +35,12 @@ FINE = 0.01
 FOLLOWS = 'delay'
 """The lead of a loop that predicts, where it is set to the delay that is tried."""
 
-Tell = Callable[[str], None]
-"""Takes a few words on what was tried last."""
+Progress = Callable[[int, int, str], None]
+"""Takes how many of how many are done, and a few words on what was tried last."""
+
+
+def _silent(done: int, count: int, words: str) -> None:
+    """Show no progress."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def named(kind: str, on: str | tuple[str, ...] | None) -> str:
 
 
 def margins(
-    scenario: Scenario, setting: Setting | None = None, tell: Tell = lambda words: None
+    scenario: Scenario, setting: Setting | None = None, progress: Progress = _silent
 ) -> list[Limit]:
     """Return the limits of a scenario: for each hold that of delay, of loss and of jitter.
 
@@ -96,10 +101,14 @@ def margins(
     ]
     cases += [('delay', own, None)] if own != fine else []
     cases += [('delay', fine, signal) for signal in linked]
+    searches = [(hold, *case) for hold in HOLDS for case in cases]
     return [
-        limit(Evaluator(scenario, hold, rate, setting, signal), kind, tell)
-        for hold in HOLDS
-        for kind, rate, signal in cases
+        limit(
+            Evaluator(scenario, hold, rate, setting, signal),
+            kind,
+            partial(progress, done, len(searches)),
+        )
+        for done, (hold, kind, rate, signal) in enumerate(searches)
     ]
 
 
@@ -159,8 +168,11 @@ def _impairment(kind: str, value: float) -> Impairment:
     return Impairment(loss=value) if kind == 'loss' else Impairment(jitter=value)
 
 
-def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit:
-    """Search the largest ``kind`` (of :data:`KINDS`) that a trial tolerates, the others being 0."""
+def limit(trial: Evaluator, kind: str, tried: Callable[[str], None] = lambda words: None) -> Limit:
+    """Search the largest ``kind`` (of :data:`KINDS`) that a trial tolerates, the others being 0.
+
+    ``tried`` takes a few words on each value that was tried.
+    """
     scan, unit = scan_of(kind, trial.h)
     name = named(kind, trial.on)
 
@@ -169,7 +181,7 @@ def limit(trial: Evaluator, kind: str, tell: Tell = lambda words: None) -> Limit
 
     def passes(k: int) -> bool:
         result = trial.rejected(_impairment(kind, value(k)))
-        tell(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
+        tried(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
         return result
 
     def prepare(numbers: Iterable[int]) -> None:
@@ -213,7 +225,7 @@ def delay_and_loss(
     scenario: Scenario,
     reach: float,
     setting: Setting | None = None,
-    tell: Tell = lambda words: None,
+    progress: Progress = _silent,
     *,
     columns: int = 16,
     rows: int = 20,
@@ -236,7 +248,7 @@ def delay_and_loss(
             trial.prepare(Impairment(delay=delay, loss=loss) for delay in delays.tolist())
             row = [trial.share(Impairment(delay=delay, loss=loss)) for delay in delays.tolist()]
             rejected[trial.hold][i] = row
-        tell(f'picture: {i + 1} of {rows} rows')
+        progress(i + 1, rows, f'loss {loss:g}')
     return Map(rate, h, delays, losses, rejected)
 
 

@@ -27,7 +27,7 @@ from .table import batches, check_table, read_table, write_table
 if TYPE_CHECKING:
     import pandas
 
-Tell = Callable[[int, int], None]
+Progress = Callable[[int, int], None]
 """Takes how many sets are done, and how many there are."""
 
 AIM = 2.0
@@ -90,7 +90,7 @@ def run_sweep(
     plan: Plan,
     out: Path | None = None,
     run: Run | None = None,
-    tell: Tell = lambda done, count: None,
+    progress: Progress = lambda done, count: None,
 ) -> Sweep:
     """Run what is missing of a plan, write its table, and return the result.
 
@@ -103,7 +103,7 @@ def run_sweep(
         check_table(store.table)
         if (before := store.result) is not None:
             return Sweep(plan, **before, out=out, _read=lambda: read_table(store.table))
-    seconds = _run_missing(store, run or run_here, tell)
+    seconds = _run_missing(store, run or run_here, progress)
     counts = _counts(store)
     if out is not None:
         write_table(store.table, batches(plan.design, store))
@@ -120,17 +120,17 @@ def run_sweep(
     return Sweep(plan, **counts, seconds=seconds, out=None, _read=read)
 
 
-def _run_missing(store: Store, run: Run, tell: Tell) -> float:
+def _run_missing(store: Store, run: Run, progress: Progress) -> float:
     """Run what is missing and keep it; return how many seconds that took."""
     began = time.perf_counter()
     count = store.plan.design.count
     missing = store.missing(count)
     done = count - sum(last - first for first, last in missing)
-    tell(done, count)
+    progress(done, count)
     for stretch, outcomes in run(store.plan, missing):
         store.save(stretch, outcomes)
         done += stretch.last - stretch.first
-        tell(done, count)
+        progress(done, count)
     return time.perf_counter() - began
 
 

@@ -14,7 +14,7 @@ from .axes import Array
 from .outcome import VERDICTS, Rows
 from .plan import Plan
 from .sets import Sets
-from .sweep import Tell, pool_here
+from .sweep import Progress, pool_here
 
 POPULATION = 64
 """Sets that are tried at a time."""
@@ -58,7 +58,7 @@ def badness(rows: Rows | Mapping[str, Array]) -> Numbers:
     return np.where(unknown, -1.0, (spurious + missed) * BAD + size)
 
 
-def search(plan: Plan, budget: int, tell: Tell = lambda done, count: None) -> Worst:
+def search(plan: Plan, budget: int, progress: Progress = lambda done, count: None) -> Worst:
     """Search within the ranges of a plan with ``budget`` runs, by scipy's differential evolution.
 
     ``plan.seed`` is of the search. Raises EventregError where nothing is varied or no set can run.
@@ -81,7 +81,7 @@ def search(plan: Plan, budget: int, tell: Tell = lambda done, count: None) -> Wo
             if bad[at] > best[0]:
                 best[:3] = bad[at], [column[at] for column in columns], rows[at]
             best[3] += len(bad)
-            tell(best[3], budget)
+            progress(best[3], budget)
             return -bad
 
         differential_evolution(

@@ -221,7 +221,7 @@ class Session:
         while (now := elapsed()) < self.duration - 1e-9:
             client.wait(0.1 if self.lockstep else self._pause(now))
             self._interruption.look()
-            self._tell_deaths(client)
+            self._report_deaths(client)
             self._note_returns(client)
             self._intervene(client, elapsed())
             self._note_faults(client)
@@ -273,7 +273,7 @@ class Session:
     def _need_alive(self, client: Client, node: str) -> None:
         """Raise EventregError when ``node`` died and was not started again."""
         self._interruption.look()
-        self._tell_deaths(client)
+        self._report_deaths(client)
         self._note_returns(client)
         if node in self._gone:
             raise EventregError(f'{node} {self.processes.died[node]}')
@@ -299,7 +299,7 @@ class Session:
         self.observer.warned(line)
         self.troubles.append(line)
 
-    def _tell_deaths(self, client: Client) -> None:
+    def _report_deaths(self, client: Client) -> None:
         for node in self.processes.look():
             how = f'{node} {self.processes.died[node]} after {self._elapsed():.1f} s'
             self.troubles.append(how)

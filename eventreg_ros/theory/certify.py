@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ..control.adaptive import fixed
@@ -45,20 +47,25 @@ def certify(loop: Loop, time: float = TIME) -> list[Certificate]:
     ``time`` is the model time over which each Lyapunov exponent is averaged; at the default the
     shipped scenarios take two to five seconds. It is about the loop whose links are never late.
     """
+    return list(one_by_one(loop, time))
+
+
+def one_by_one(loop: Loop, time: float = TIME) -> Iterator[Certificate]:
+    """Yield what :func:`certify` returns, each certificate as soon as it is known."""
     loop = loop.without_delay()
     published = set(loop.signals)
-    certificates: list[Certificate] = []
     for name, block in loop.blocks.items():
         driven = any(signal in published for signal, _ in block.inputs)
         alone = fixed(block)
         found = lemma(name, alone.model, alone.params, driven)
-        certificates += [found] if found is not None else []
+        if found is not None:
+            yield found
     wired = circuits(loop)
     if wired is None:
-        certificates.append(_other_wiring())
-    else:
-        certificates += [found for circuit in wired for found in _theory(circuit)]
-    return certificates + _measured(loop, time)
+        yield _other_wiring()
+    for circuit in wired or ():
+        yield from _theory(circuit)
+    yield from _measured(loop, time)
 
 
 def _other_wiring() -> Certificate:
@@ -97,10 +104,10 @@ def _is_linear_motif(circuit: Circuit) -> bool:
     return one and all(block.model is INTERNAL_MODEL for block in circuit.controllers)
 
 
-def _measured(loop: Loop, time: float) -> list[Certificate]:
-    """Return the exponents with and without w, with and without v, and what they say together."""
+def _measured(loop: Loop, time: float) -> Iterator[Certificate]:
+    """Yield the exponents with and without w, with and without v, and what they say together."""
     if not loop.of_role('plant', 'controller'):
-        return []
+        return
     quiet, v = loop.without('exosystem'), bool(loop.stimuli)
     cases: list[tuple[str, str, Loop]] = []
     if loop.of_role('exosystem'):
@@ -108,11 +115,14 @@ def _measured(loop: Loop, time: float) -> list[Certificate]:
     if v:
         cases.append(('driven_by_v', 'with v, w = 0', quiet))
     cases.append(('quiet', 'w = v = 0' if v else 'w = 0', quiet.at_rest()))
-    found = [_exponent(f'exponent_{claim}', words, case, time) for claim, words, case in cases]
-    found += [_induced(found[0], found[-1])] if len(found) > 1 else []
+    found: list[Certificate] = []
+    for claim, words, case in cases:
+        found.append(_exponent(f'exponent_{claim}', words, case, time))
+        yield found[-1]
+    if len(found) > 1:
+        yield _induced(found[0], found[-1])
     if len(loop.of_role('exosystem')) == 1:
-        found.append(_multipliers('with w, v = 0' if v else 'with w', loop.at_rest()))
-    return found
+        yield _multipliers('with w, v = 0' if v else 'with w', loop.at_rest())
 
 
 def _multipliers(inputs: str, loop: Loop) -> Certificate:

@@ -87,7 +87,7 @@ def test_changes_within_and_the_last_before_are_named(loop_signals):
     ]
 
 
-def test_findings_near_it_are_told_the_nearest_of_many(loop_signals):
+def test_findings_near_it_are_reported_the_nearest_of_many(loop_signals):
     here = [Finding('lone-sample', 'y', 128.0, 'odd'), Finding('damaged', None, None, 'cut')]
     late = [Finding('node-warning', 'plant', 116.0 + i, f'late {i}') for i in range(12)]
     found = incident(loop_signals(w=W, y=[130]), (), here, late)

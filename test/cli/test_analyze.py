@@ -189,7 +189,7 @@ def test_a_shipped_scenario_may_be_named(make_bag, analyze):
     assert analyze(bag, '--scenario', 'exact')[::2] == (0, '')
 
 
-def test_without_any_scenario_the_defaults_are_taken_and_told(make_bag, analyze):
+def test_without_any_scenario_the_defaults_are_taken_and_reported(make_bag, analyze):
     code, output, error = analyze(make_bag(w=W, y=[], u=U, text=None))
     assert (code, output.splitlines()[0].split(':')[0]) == (0, 'unknown')
     assert error.count('\n') == 1

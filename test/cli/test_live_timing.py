@@ -26,15 +26,21 @@ def test_late_ticks_alone_do_not_matter_and_everything_else_does():
 
 
 @pytest.mark.parametrize(
-    ('warning', 'timing', 'shown'),
-    [(LATE_TICK, False, False), (LATE_TICK, True, True), (DELAY, False, True)],
+    ('warning', 'timing', 'y', 'shown'),
+    [
+        (LATE_TICK, False, [], False),
+        (LATE_TICK, True, [], True),
+        (DELAY, False, [], False),
+        (LATE_TICK, False, [170], False),
+        (DELAY, False, [170], True),
+    ],
 )
-def test_the_tables_come_when_asked_for_or_when_they_matter(
-    capsys, make_bag, warning, timing, shown
+def test_the_tables_come_when_asked_for_or_when_they_may_be_why_nothing_was_rejected(
+    capsys, make_bag, warning, timing, y, shown
 ):
     from eventreg_ros.analysis.recorded import analyze
 
-    analysis = analyze(make_bag(w=[110, 140, 170, 200], y=[], u=[]))
+    analysis = analyze(make_bag(w=[110, 140, 170, 200], y=y, u=[]))
     ticks = TickFigures(800, 0, 0, 0, 0, Percentiles(0.0002, 0.0012, 0.008))
     measured = {'plant': {key: str(value) for key, value in ticks.values().items()}}
     found = LiveRun(
@@ -44,4 +50,4 @@ def test_the_tables_come_when_asked_for_or_when_they_matter(
     out = capsys.readouterr().out
     assert ('late p50' in out) == shown
     assert (warning in out) == shown
-    assert 'verdict: rejected' in out
+    assert out.splitlines()[-1] == f'verdict: {"not " if y else ""}rejected'

@@ -54,7 +54,7 @@ def test_bad_arguments_are_one_line(refused, arguments, words):
     assert words in refused(*arguments)
 
 
-def test_errors_of_several_lines_are_told_in_one(capsys):
+def test_errors_of_several_lines_are_reported_in_one(capsys):
     assert fail('one\n  two\tthree') == 2
     assert capsys.readouterr().err == 'eventreg: one two three\n'
 

@@ -67,7 +67,7 @@ def test_a_bag_that_is_deleted_ends_the_run_at_once(run, children, tmp_path):
     assert not children(process)
 
 
-def test_a_death_is_told_the_bag_is_kept_and_the_run_fails(run, children, tmp_path):
+def test_a_death_is_reported_the_bag_is_kept_and_the_run_fails(run, children, tmp_path):
     at = ['--at', '6.5:controller.k:=2', '--at', '7:plant.k:=2']
     storage = ['-p', 'recorder.storage:=sqlite3']
     process = run('exact', '--duration', '8', '--bag', 'bag', *storage, *at)

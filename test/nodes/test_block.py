@@ -137,7 +137,7 @@ def test_inputs_add_with_their_signs_and_one_that_nobody_publishes_is_zero(bench
     timer.cancel()
 
 
-def test_a_silent_input_counts_as_zero_is_told_and_recovers(bench):
+def test_a_silent_input_counts_as_zero_is_reported_and_recovers(bench):
     said = bench.heard(DiagnosticArray, '/diagnostics')
     node = bench.add(PLANT, 'input_timeout:=0.1')
     w = bench.peer.create_publisher(Float64, 'w', 10)
@@ -201,7 +201,7 @@ def test_a_late_timer_is_caught_up(bench):
     assert node.block.y == offline('exosystem', node.n)[-1]
 
 
-def test_a_long_pause_is_caught_up_only_so_far_and_told(bench):
+def test_a_long_pause_is_caught_up_only_so_far_and_reported(bench):
     node = bench.add(EXOSYSTEM, 'max_catch_up:=0.05', 'late_warn:=1.0e6')
     bench.until(lambda: node.n > 5)
     origin = node.pace.origin
@@ -237,7 +237,7 @@ def test_precision_is_half_a_period_at_most(bench):
     assert node.pace._early == 2_500_000
 
 
-def test_the_worst_that_is_known_is_told(bench):
+def test_the_worst_that_is_known_is_reported(bench):
     node = bench.add(PLANT, 'delay_margin:=0.5', 'late_error:=2.0')
     node.inputs.samples[0].received = 1
     node.inputs.delays[0].add(0.045)  # a WARN
@@ -293,7 +293,7 @@ def test_a_transition_that_the_state_does_not_have_is_refused_and_the_node_lives
     assert ask(Transition.TRANSITION_DEACTIVATE)
 
 
-def test_two_publishers_of_one_input_are_told(bench):
+def test_two_publishers_of_one_input_are_reported(bench):
     node = bench.add(PLANT)
     first, second = (bench.peer.create_publisher(Float64, 'w', 10) for _ in range(2))
     bench.until(lambda: node.sources['w'].get_publisher_count() == 2)

@@ -183,7 +183,7 @@ def test_a_node_of_one_s_own_answers_with_its_docstring(launch_bare, tmp_path):
     assert "pendulum: unknown argument '-x'" in launch_bare(script, '-x').communicate(timeout=20)[1]
 
 
-def test_an_unknown_parameter_is_told_with_the_nearest_name(bench, launch):
+def test_an_unknown_parameter_is_reported_with_the_nearest_name(bench, launch):
     process = launch('plant', '-p', 'taau:=0.5')
     heard = bench.heard(Float64, 'y')
     bench.until(lambda: heard)

@@ -177,7 +177,7 @@ def test_the_monitor_misses_a_sample_too(bench, lockstep):
     assert 'sample 1 of y was lost' in monitor.fault
 
 
-def test_a_middleware_that_does_not_number_messages_is_told(bench, lockstep):
+def test_a_middleware_that_does_not_number_messages_is_reported(bench, lockstep):
     monitor = lockstep('exact', start=False)['spike_monitor']
     monitor.bring_up()
     monitor._receiver('y')(packed(0.0), {'publication_sequence_number': None})

@@ -98,7 +98,7 @@ def test_events_are_rings_and_ticks_at_their_times():
     assert '&lt;y&gt;' in html
 
 
-def test_no_more_events_are_drawn_than_can_be_told_apart():
+def test_no_more_events_are_drawn_than_can_be_seen():
     times = np.sort(np.random.default_rng(1).uniform(*SPAN, 200_000))
     html = chart(Chart('made', SPAN, [Raster([Row('w', 'w', times)])]))
     assert html.count('v140') == MOST_EVENTS

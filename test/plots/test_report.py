@@ -190,7 +190,7 @@ def test_the_reason_is_the_reports(loop_signals):
     assert sentence(run.report.reason) in Page(render(run)).words
 
 
-def test_what_was_not_seen_is_hatched_in_every_chart_and_told_first(loop_signals):
+def test_what_was_not_seen_is_hatched_in_every_chart_and_reported_first(loop_signals):
     signals = loop_signals(w=W, y=[], u=W)
     t, y = signals['y']
     keep = (t < 120.0) | (t > 140.0)
@@ -220,7 +220,7 @@ def test_changes_are_lines_in_every_chart(loop_signals):
     assert 'controller.k:=3 at t = 120.0, 10.0 before it.' in page.words
 
 
-def test_several_plants_are_told_apart(loop_signals):
+def test_several_plants_are_kept_apart(loop_signals):
     signals = loop_signals(w=W, w_2=[120, 160], y_left=[130], y_right=[], y_r_left=[], u=W)
     page = Page(render(a_run(signals)))
     for row in ('y_left not rejected 1 0 0', 'y_right rejected 0 0 0'):

@@ -37,13 +37,13 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_table(tmp_path, monkeypatc
             pids = list(client.run(os.getpid).values())
         done = []
 
-        def tell(count, total):
+        def progress(count, total):
             done.append(count)
             if len(done) == 3:  # two pieces are done
                 os.kill(pids[0], signal.SIGKILL)
 
         there = run_sweep(
-            plan(), tmp_path / 'there.csv', on_cluster(workers.scheduler_address), tell
+            plan(), tmp_path / 'there.csv', on_cluster(workers.scheduler_address), progress
         )
     assert len(set(pids)) == 2
     assert len(done) > 40

@@ -52,7 +52,7 @@ def test_interrupted_sweeps_end_in_the_same_bytes(tmp_path, suffix):
             run_sweep(plan(), pieces, stop_after(count))
         assert not list(pieces.glob('sweep.[cp]*'))
     done = []
-    run_sweep(plan(), pieces, tell=lambda *counts: done.append(counts))
+    run_sweep(plan(), pieces, progress=lambda *counts: done.append(counts))
     assert done[0] == (42, 80)
     assert done[-1] == (80, 80)
     name = f'sweep{suffix or ".parquet"}'

@@ -80,7 +80,7 @@ def test_some_are_stopped_before_the_others(children):
     assert second.poll() is None
 
 
-def test_who_died_is_told_once_and_how(children):
+def test_who_died_is_reported_once_and_how(children):
     process = start(children, 'plant', SLEEP)
     start(children, 'other', SLEEP)
     process.kill()

@@ -78,7 +78,7 @@ def session(scenario=None, **options):
 def test_a_node_that_died_is_started_again_by_its_own_executable(values, command):
     dying = session(scenarios.load('exact').with_given({'plant': values}))
     dying.processes.fresh = ['plant']
-    dying._tell_deaths(Client())
+    dying._report_deaths(Client())
     assert dying.observer.lines == [
         'plant was killed by SIGKILL after 1.8 s; the others run on, and it may be started '
         f'again: {command}'
@@ -88,7 +88,7 @@ def test_a_node_that_died_is_started_again_by_its_own_executable(values, command
 def test_in_lockstep_nobody_runs_on():
     dying = session(lockstep=True)
     dying.processes.fresh = ['plant']
-    dying._tell_deaths(Client())
+    dying._report_deaths(Client())
     assert dying.over
     assert dying.troubles == ['plant was killed by SIGKILL after 1.8 s']
     assert not dying.observer.lines
@@ -103,7 +103,7 @@ def intervened(now, before=(), dying=(), heard=(), names=(1,)):
     client = Client(made, dying)
     made._elapsed = lambda: now
     made.processes.fresh = list(before)
-    made._tell_deaths(client)
+    made._report_deaths(client)
     client.heard.update(heard)
     client.names = {'plant': list(names)}
     for _ in names[1:]:

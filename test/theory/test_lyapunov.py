@@ -192,7 +192,7 @@ def test_nothing_to_perturb():
         conditional_exponent(Loop({'exosystem': blocks['exosystem']}))
 
 
-def test_rates_that_the_run_is_too_short_for_are_not_told_from_0():
+def test_rates_that_the_run_is_too_short_for_are_indistinguishable_from_0():
     slow = largest_exponent(scalar(lambda t: -0.01), [1.0], [1.0], 50.0, transient=1.0)
     assert slow.half_width == pytest.approx(1 / 50.0)
     assert slow.value == pytest.approx(-0.01, abs=1e-6)

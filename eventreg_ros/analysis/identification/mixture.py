@@ -30,7 +30,7 @@ ROUNDS = 8
 
 
 APART = 4.0
-"""Standard deviations between the ln tau of two generators that are told apart."""
+"""Standard deviations between the ln tau of two generators that count as different."""
 
 
 def fit_several(recorded: Recorded, seen: Apparent, generators: int) -> Fit:
