@@ -23,6 +23,7 @@ DOCS = ['sphinx>=7.3', 'myst-nb>=1.1', 'jupytext>=1.16', 'furo>=2024.1', 'latex2
 FRAMES = ['pandas>=2.1', 'xarray>=2024.1', 'pyarrow>=14']
 TEST = [
     *FRAMES,
+    'argcomplete>=2.0',
     'pytest>=7.4',
     'hypothesis>=6.98',
     'ruff==0.17.6',
@@ -104,6 +105,7 @@ setup(
         'frames': FRAMES,
         'indices': ['SALib>=1.5'],
         'cluster': ['distributed>=2024.1'],
+        'completion': ['argcomplete>=2.0'],
         'docs': DOCS,
         'test': TEST,
     },

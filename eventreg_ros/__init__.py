@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .api import open_run as open_run
     from .api import read_bag as read_bag
     from .api import run as run
+    from .api import scenarios as scenarios
     from .api import simulate as simulate
     from .api import sweep as sweep
 
@@ -48,6 +49,7 @@ __all__ = [
     'open_run',
     'read_bag',
     'run',
+    'scenarios',
     'simulate',
     'sweep',
 ]

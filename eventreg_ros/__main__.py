@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+# PYTHON_ARGCOMPLETE_OK
 """``eventreg``, and ``python -m eventreg_ros``: the command as a process."""
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ def main() -> int:
     code = 0 if sys.argv[1:2] == ['node'] else interrupts.INTERRUPTED
     interrupts.handle(lambda *_: os._exit(code))  # there is nothing to clean up yet
     interrupts.unblock()
+    if '_ARGCOMPLETE' in os.environ:
+        from .cli.completion import offer
+
+        offer()
     from .cli.main import main as command
 
     try:

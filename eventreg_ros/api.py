@@ -20,12 +20,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from . import scenario as scenarios
+from . import scenario as scenario_files
 from .analysis import recorded
 from .analysis.comparison import Comparison
 from .analysis.events import detect
 from .analysis.identification import Identification
 from .bags.reader import read_bag
+from .errors import EventregError, shown
 from .robustness import margins as robustness
 from .robustness.axes import spec_of
 from .robustness.cluster import runner
@@ -49,6 +50,9 @@ if TYPE_CHECKING:
 Overrides = Mapping[str, object]
 """Parameters by NODE.PARAM, NODE may be /**: {'controller.k': 3}."""
 
+Given = Scenario | str | Path
+"""A scenario: the name of a shipped one, the path of a file, or what :func:`load` returns."""
+
 __all__ = [
     'Certificate',
     'Comparison',
@@ -68,12 +72,22 @@ __all__ = [
     'open_run',
     'read_bag',
     'run',
+    'scenarios',
     'simulate',
     'sweep',
 ]
 
 
-def load(scenario: str, *overrides: str | Overrides) -> Scenario:
+def scenarios() -> list[str]:
+    """Return the names of the shipped scenarios.
+
+    >>> 'exact' in scenarios()
+    True
+    """
+    return scenario_files.shipped()
+
+
+def load(scenario: str | Path, *overrides: str | Overrides) -> Scenario:
     """Read a scenario, by the name of a shipped one or by the path of a parameter file.
 
     ``overrides`` are dictionaries {'NODE.PARAM': VALUE}, or texts as they follow -p on a command
@@ -83,7 +97,7 @@ def load(scenario: str, *overrides: str | Overrides) -> Scenario:
     >>> load('exact', {'controller.k': 3}, 'plant.tau:=1/10').nodes['controller']['k']
     3.0
     """
-    return _with(scenarios.load(scenario), overrides)
+    return _with(scenario_files.load(str(scenario)), overrides)
 
 
 def _with(scenario: Scenario, overrides: Iterable[str | Overrides]) -> Scenario:
@@ -91,17 +105,23 @@ def _with(scenario: Scenario, overrides: Iterable[str | Overrides]) -> Scenario:
     read: list[str | Override] = []
     for each in overrides:
         read += [each] if isinstance(each, str) else [Override.of(*pair) for pair in each.items()]
-    return scenarios.with_overrides(scenario, read) if read else scenario
+    return scenario_files.with_overrides(scenario, read) if read else scenario
 
 
-def _loaded(scenario: Scenario | str, overrides: Overrides | None = None) -> Scenario:
-    found = load(scenario) if isinstance(scenario, str) else scenario
+def _loaded(scenario: Given, overrides: str | Overrides | None = None) -> Scenario:
+    """Return a scenario, given as one, by name or by path. Raises EventregError for all else."""
+    if not isinstance(scenario, Scenario | str | Path):
+        raise EventregError(
+            f'a scenario is one of {", ".join(scenario_files.shipped())}, the path of a .yaml file '
+            f'or what load returns, got {shown(scenario)}'
+        )
+    found = scenario if isinstance(scenario, Scenario) else load(scenario)
     return _with(found, [overrides]) if overrides else found
 
 
 def simulate(
-    scenario: Scenario | str,
-    overrides: Overrides | float | None = None,
+    scenario: Given,
+    overrides: str | Overrides | float | None = None,
     duration: float | None = None,
     *,
     sampled: bool = False,
@@ -115,23 +135,32 @@ def simulate(
 ) -> Run:
     """Simulate a scenario (or the one of that name) over ``duration`` of model time.
 
-    ``overrides`` are parameters by NODE.PARAM; a number in their place is the duration, which is
-    400 by default, or 300 after settling if that is longer. The loop is one continuous system, or
-    ``sampled``: sample by sample as the nodes do it in lockstep, each link with ``delay`` and
-    ``jitter`` (model time) and ``loss`` (probability), drawn from ``seed``; ``on`` names the
-    signals whose links are impaired (None: all). White ``noise`` of that standard deviation, drawn
-    from ``seed`` too, is added to every sample of each plant's output: a sampled loop hears it, a
-    continuous one is only judged through it. ``at`` holds interventions as texts
-    ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or ``T:NODE:deactivate``, T in model time. Raises
-    EventregError when the loop cannot be simulated or the state stops being finite.
+    ``overrides`` are parameters by NODE.PARAM, as a dictionary or as one text,
+    'NODE.PARAM:=VALUE'; a number in their place is the duration. That is 400 by default, or 300
+    after settling if that is longer. The loop is one continuous system, or ``sampled``: sample by
+    sample as the nodes do it in lockstep, each link with ``delay`` and ``jitter`` (model time) and
+    ``loss`` (probability), drawn from ``seed``; ``on`` names the signals whose links are impaired
+    (None: all). White ``noise`` of that standard deviation, drawn from ``seed`` too, is added to
+    every sample of each plant's output: a sampled loop hears it, a continuous one is only judged
+    through it. ``at`` holds interventions as texts ``T:NODE.PARAM:=VALUE``, ``T:NODE:activate`` or
+    ``T:NODE:deactivate``, T in model time. Raises EventregError when the loop cannot be simulated
+    or the state stops being finite.
 
-    >>> simulate('exact', {'controller.k': 3}).verdict
-    'rejected'
+    >>> run = simulate('exact', {'controller.k': 3})
+    >>> run
+    <Run of exact: w, y, u; 400 of model time; rejected>
+    >>> run.reason
+    'after t = 100 w had 8 events; none made y spike'
+    >>> len(run.events['w']), run['y'].shape
+    (10, (8001,))
     """
-    given = None if isinstance(overrides, int | float) else overrides
+    if isinstance(overrides, int | float):
+        duration, overrides = overrides, None
+    if not (duration is None or isinstance(duration, int | float)):
+        raise EventregError(f'duration must be a number, of model time, got {shown(duration)}')
     return simulated.simulate(
-        _loaded(scenario, given),
-        float(overrides) if isinstance(overrides, int | float) else duration,
+        _loaded(scenario, overrides),
+        duration,
         sampled=sampled,
         delay=delay,
         loss=loss,
@@ -144,8 +173,8 @@ def simulate(
 
 
 def run(
-    scenario: Scenario | str,
-    overrides: Overrides | None = None,
+    scenario: Given,
+    overrides: str | Overrides | None = None,
     duration: float | None = None,
     *,
     bag: str | Path | None = None,
@@ -155,7 +184,18 @@ def run(
 ) -> LiveRun:
     """Run a scenario as ROS nodes over real topics, record it for ``duration`` seconds, judge it.
 
-    See :func:`.session.live.run`. Raises EventregError when there is no ROS or it cannot start.
+    ``overrides`` are those of :func:`simulate`. ``duration`` is 40 s by default, or as long as 300
+    of model time after settling take. The bag goes into the directory ``bag``, which must be new
+    (eventreg_SCENARIO_TIME). In ``lockstep`` the nodes go as fast as they can, to the same bits as
+    ``simulate(..., sampled=True)``, and ``duration`` is simulated; ``composed`` puts them into one
+    process. ``at`` holds interventions like those of :func:`simulate`, at times in seconds.
+
+    What is returned is read like a simulation (``run['y']``, ``run.plot()``), and holds ``bag``,
+    ``troubles`` and ``warnings`` besides. Raises EventregError when there is no ROS or the run
+    cannot be started.
+
+    >>> run('exact', lockstep=True, at=['13:controller:deactivate'])  # doctest: +SKIP
+    <LiveRun of exact: w, y, u; 400 of model time; not rejected>
     """
     from .session import live
 
@@ -182,9 +222,15 @@ def analyze(
     topics: Sequence[str] = (),
     time: str | None = None,
 ) -> Recorded:
-    """Read a bag and judge it; see :func:`.analysis.recorded.analyze`.
+    """Read a bag, and judge it by ``scenario`` (an object, a name or a path), else by its own.
 
-    Raises EventregError, one line, for what cannot be read or judged.
+    ``settle``, ``window`` and ``blind``, in model time, replace the scenario's; what lies after
+    ``until`` is not judged; ``lenient`` judges what was seen although something is missing.
+    ``namespace``, ``topics`` and ``time`` say what is read: see :func:`read_bag`. Raises
+    EventregError, one line, for what cannot be read or judged.
+
+    >>> analyze('BAG', topics=['y:=/arm/joint_states:velocity[2]'])  # doctest: +SKIP
+    <Recorded of exact: w, y, u; 400 of model time; rejected>
     """
     return Recorded(
         recorded.analyze(
@@ -202,16 +248,22 @@ def analyze(
     )
 
 
-def margins(scenario: Scenario | str, setting: Setting | None = None) -> list[Limit]:
-    """Return how much delay, loss and jitter a scenario tolerates; seconds to minutes.
+def margins(scenario: Given, setting: Setting | None = None) -> list[Limit]:
+    """Return how much delay, loss and jitter a scenario tolerates, as ``eventreg margin`` prints.
 
-    See :func:`.robustness.margins.margins`.
+    For each hold that of all links (delay, loss, jitter) and the delay of each signal alone; see
+    :class:`.robustness.margins.Limit`. ``setting`` says how long each run is and how many seeds are
+    tried. It takes seconds, without numba minutes. Raises EventregError when the scenario cannot be
+    simulated or has no verdict.
+
+    >>> [(x.hold, x.largest) for x in margins('exact') if x.name == 'delay']  # doctest: +SKIP
+    [('zero', 0.38), ('zero', 0.35), ('linear', 0.4), ('linear', 0.4)]
     """
     return robustness.margins(_loaded(scenario), setting)
 
 
 def sweep(
-    scenario: Scenario | str,
+    scenario: Given,
     parameters: Mapping[str, object],
     *,
     sets: int | None = None,
@@ -253,8 +305,8 @@ def sweep(
 
 
 def identify(
-    source: Scenario | str | Path,
-    overrides: Overrides | None = None,
+    source: Given,
+    overrides: str | Overrides | None = None,
     *,
     signal: str | None = None,
     generators: int = 1,
@@ -304,9 +356,12 @@ def events(
     return detect(times, samples, threshold, reset, refractory, min_width)
 
 
-def certificates(scenario: Scenario | str) -> list[Certificate]:
+def certificates(scenario: Given) -> list[Certificate]:
     """Return what theory says of a scenario, and what is measured where theory is silent.
 
     What ``eventreg certify`` prints; the measured Lyapunov exponents take a second or two.
+
+    >>> [each.status for each in certificates('linear') if each.claim == 'hurwitz']
+    ['pass']
     """
     return certify(_loaded(scenario).loop)

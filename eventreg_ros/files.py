@@ -141,6 +141,16 @@ def writing(path: Path) -> Iterator[Path]:
         raise EventregError(f'cannot write {path}: {reason_of(error)}; name another file') from None
 
 
+def need_new(path: Path | None) -> None:
+    """Raise EventregError when ``path`` is there already, or cannot be written.
+
+    Scenarios and bags are what somebody wrote or recorded, and are never replaced; results are.
+    """
+    if path is not None and os.path.lexists(path):
+        raise EventregError(f'{path} exists already; remove it or name another file')
+    need_writable(path)
+
+
 def need_writable(path: Path | None) -> None:
     """Raise EventregError when ``path`` cannot be written, before the work is done.
 

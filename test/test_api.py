@@ -89,8 +89,15 @@ def test_a_run_knows_its_events_and_verdict(exact):
     assert exact.events['w'] == found
     assert all(type(t) is float for t in exact.events['w'])
     assert repr(exact) == '<Run of exact: w, y, u; 200 of model time; rejected>'
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match='there are w, y, u'):
         exact['nonsense']
+    assert (list(exact), len(exact), 'y' in exact, 'v' in exact) == (
+        ['w', 'y', 'u'],
+        3,
+        True,
+        False,
+    )
+    assert list(dict(exact)) == list(exact.keys())
 
 
 def test_too_short_a_run_is_undecided():
@@ -128,6 +135,14 @@ def test_bad_input_raises_what_the_commands_report():
         simulate('nonsense')
     with pytest.raises(EventregError, match='duration'):
         simulate('exact', -1.0)
+    with pytest.raises(EventregError, match="did you mean 'exact'"):
+        simulate('exat')
+    with pytest.raises(EventregError, match="or take the shipped 'exact'"):
+        simulate('exact.yaml')
+    with pytest.raises(EventregError, match='a scenario is one of'):
+        simulate(3)
+    with pytest.raises(EventregError, match="duration must be a number, of model time, got 'x'"):
+        simulate('exact', duration='x')
     with pytest.raises(EventregError, match='loss'):
         simulate('exact', 10.0, sampled=True, loss=2.0)
 
@@ -147,7 +162,41 @@ def test_the_examples_of_the_docstrings_run():
     assert found.failed == 0
 
 
+def test_results_are_short_in_a_list_and_tables_when_printed(exact, tmp_path):
+    from eventreg_ros import analyze, compare, identify, read_bag, sweep
+
+    main(['simulate', 'exact', '--sampled', '--duration', '250', '--bag', str(tmp_path / 'bag')])
+    found = [
+        exact,
+        exact.report,
+        exact.scenario,
+        compare('exact', 'mismatch'),
+        identify('exact'),
+        sweep('exact', {'controller.k': [1, 2]}),
+        analyze(tmp_path / 'bag'),
+        read_bag(tmp_path / 'bag'),
+        certificates('linear')[0],
+    ]
+    for each in found:
+        assert '\n' not in repr(each)
+        assert len(repr(each)) < 200
+    for each in found[1:2] + found[3:7]:
+        assert len(str(each).splitlines()) > 2
+        assert str(each).splitlines()[0] in each._repr_html_()
+
+
+def test_a_run_is_saved_in_what_other_programs_read(exact, tmp_path):
+    exact.save(tmp_path / 'run.npz')
+    with np.load(tmp_path / 'run.npz') as saved:
+        np.testing.assert_array_equal(saved['t'], exact.t)
+        np.testing.assert_array_equal(saved['y'], exact['y'])
+    with pytest.raises(EventregError, match='must end in'):
+        exact.save(tmp_path / 'run.xls')
+
+
 def test_overrides_are_dictionaries_or_texts():
+    text = simulate('exact', 'controller.k:=3', 20.0)
+    assert text.scenario.nodes['controller']['k'] == 3.0
     scenario = load('exact', {'controller.k': 3, '/**.rate': 100.0}, 'plant.tau:=1/10')
     assert scenario.nodes['controller']['k'] == 3.0
     assert scenario.rate == 100.0

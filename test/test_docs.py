@@ -354,6 +354,10 @@ def test_the_layouts_show_topics_that_there_are():
     topics = {*SIGNALS, *(f'spikes/{signal}/count' for signal in ('w', 'u', 'y'))}
     assert curves == {f'/{topic}/data' for topic in topics}
     assert paths == {f'/{topic}.data' for topic in topics} | {'1.0'}
+    for name, panel in panels.items():  # what Lichtblick and Foxglove call a panel's title
+        titles = {panel.get('lichtblickPanelTitle'), panel.get('foxglovePanelTitle')}
+        assert len(titles) == 1
+        assert titles != {None} or name.startswith('DiagnosticSummary')
 
 
 def test_every_file_that_a_page_names_is_there():

@@ -14,6 +14,7 @@ MAY_IMPORT = {
     'errors': '',
     'files': '',
     'interrupts': '',
+    'printed': '',
     'models': 'errors',
     'simulation': 'models errors',
     'control': 'simulation models errors',
@@ -36,8 +37,8 @@ MAY_IMPORT = {
 """What each room may import of ours beside itself, by prefix. What is not here may import all but
 nodes and cli; cli itself too, except what starts a node."""
 
-GROUND = ('errors', 'files', 'interrupts')
-"""What everything but these three themselves stands on."""
+GROUND = ('errors', 'files', 'interrupts', 'printed')
+"""What everything but these themselves stands on."""
 
 ROS = {
     'rclpy', 'rcl_interfaces', 'rosgraph_msgs', 'std_msgs', 'std_srvs', 'diagnostic_msgs',

@@ -32,6 +32,7 @@ EXTRAS = {
     'pyarrow': 'frames',
     'SALib': 'indices',
     'distributed': 'cluster',
+    'argcomplete': 'completion',
 }
 """What some of the package can do without, by import: the extra that brings it."""
 

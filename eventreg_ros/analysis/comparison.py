@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import EventregError
+from ..printed import Printed
 from ..scenario import Scenario
 from ..scenario.criteria import WINDOW
 from .differences import Difference, Value, differences
@@ -113,15 +114,25 @@ class SignalComparison:
         return len(occurrence.runs) / len(self.runs)
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """All runs, in the order given, and what differs."""
+@dataclass(frozen=True, repr=False)
+class Comparison(Printed):
+    """All runs, in the order given, and what differs; ``print`` shows it as a table."""
 
     runs: tuple[str, ...]
     verdicts: tuple[str | None, ...]
     window: float
     signals: tuple[SignalComparison, ...]
     parameters: tuple[Difference, ...]
+
+    def __repr__(self) -> str:
+        verdicts = (str(verdict) for verdict in self.verdicts)
+        runs = (f'{run} {verdict}' for run, verdict in zip(self.runs, verdicts, strict=True))
+        return f'<Comparison: {", ".join(runs)}>'
+
+    def __str__(self) -> str:
+        from .comparison_words import table
+
+        return table(self)
 
 
 def compare(runs: Sequence[Trains], window: float = WINDOW) -> Comparison:

@@ -27,28 +27,29 @@ def _head(report: Report) -> str:
 
 def _signals(report: Report) -> list[str]:
     start, stop = report.evidence.span
-    lines = [f'{"signal":>8} {"samples":>8} {"min":>9} {"max":>9} {"events":>7} {"after":>6}']
+    after = f'after {start:g}'
+    lines = [f'{"signal":>8} {"samples":>8} {"min":>9} {"max":>9} {"events":>7} {after:>10}']
     for name, s in report.signals.items():
-        after = sum(start <= t <= stop for t in s.events)
+        counted = sum(start <= t <= stop for t in s.events)
         if s.min is None or s.max is None:
             lines.append(f'{name:>8} {s.samples:8d}{" none of them finite" if s.samples else ""}')
             continue
         lines.append(
-            f'{name:>8} {s.samples:8d} {s.min:9.3g} {s.max:9.3g} {len(s.events):7d} {after:6d}'
+            f'{name:>8} {s.samples:8d} {s.min:9.3g} {s.max:9.3g} {len(s.events):7d} {counted:10d}'
         )
     return lines
 
 
 def _plant(report: PlantReport, several: bool) -> list[str]:
     plant, r = report.plant, report.rejection
-    words = [f'disturbance {r.disturbance_events}']
+    words = [f'disturbance events {r.disturbance_events}']
     if plant.reference is not None:
-        words += [f'reference {r.reference_events}', f'preserved {r.preserved}']
+        words += [f'reference events {r.reference_events}', f'preserved {r.preserved}']
     words.append(f'spurious {r.spurious}')
     if plant.reference is not None:
         words.append(f'missed {r.missed}')
     if r.ratio is not None:
-        words.append(f'ratio {r.ratio:.2f}')
+        words.append(f'rejection ratio {r.ratio:.2f}')
     lines = [(f'{plant.output}: ' if several else '') + ', '.join(words)]
     against = plant.output + ('' if plant.reference is None else f' - {plant.reference}')
     lines += _size(f'residual {against}', report.residual)

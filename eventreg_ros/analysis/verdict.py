@@ -12,6 +12,7 @@ import numpy as np
 from ..bags.finding import Finding
 from ..errors import EventregError
 from ..models.model import output_beside
+from ..printed import Printed
 from .changes import Change
 from .decision import Decision, PlantDecision, decide, summary
 from .events import Rises, rises
@@ -57,9 +58,9 @@ class PlantReport:
     synchronisation: Size
 
 
-@dataclass(frozen=True)
-class Report:
-    """The report on a run; all times are model time.
+@dataclass(frozen=True, repr=False)
+class Report(Printed):
+    """The report on a run, which ``print`` shows as a table; all times are model time.
 
     ``duration`` is that of the recording. ``rejection`` holds the sums over the plants.
     """
@@ -77,6 +78,14 @@ class Report:
     learned: tuple[Learned, ...] = ()
     changes: tuple[Change, ...] = ()
     """What was changed while the run went on."""
+
+    def __repr__(self) -> str:
+        return f'<Report on {self.scenario}: {self.verdict}; {self.reason}>'
+
+    def __str__(self) -> str:
+        from .report_table import table
+
+        return table(self)
 
     @property
     def scenario(self) -> str:

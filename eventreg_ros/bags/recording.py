@@ -24,7 +24,7 @@ class Stamped(NamedTuple):
     values: Values
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """The signals of a bag, and what is wrong with it.
 
@@ -42,6 +42,10 @@ class Recording:
     """Nanoseconds by which the run began before the first stamp: by samples without a good one."""
     changes: tuple[Changed, ...] = ()
     """Parameters that were set, and nodes that were switched, while it was recorded."""
+
+    def __repr__(self) -> str:
+        signals = ', '.join(f'{name} {len(s.stamps)}' for name, s in self.signals.items())
+        return f'<Recording of {signals} samples; {len(self.findings)} findings>'
 
     @property
     def start(self) -> int:

@@ -57,10 +57,10 @@ def main(args: argparse.Namespace) -> int:
         )
     report = analysis.report
     warn(report.evidence.warnings)
-    print(table(report))
-    print(timing_table(report, analysis.recording.time), flush=True)
+    print(timing_table(report, analysis.recording.time))
     if noise := noise_table(analysis.signals, analysis.criteria):
-        print(noise, flush=True)
+        print(noise)
+    print(table(report), flush=True)
     outputs.write(report, lambda: recorded_page(analysis, bag))
     return report.exit_code
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..files import need_writable
+from ..files import need_new, need_writable
 from .arguments import (
     add_json,
     add_overrides,
@@ -62,7 +62,7 @@ def main(args: argparse.Namespace) -> int:
     from ..session.identified import identify, observe
 
     need_writable(args.json)
-    need_writable(args.out)
+    need_new(args.out)
     observed = observe(
         args.source, args.scenario, args.overrides,
         namespace=args.namespace, topics=args.topics, time=args.time,

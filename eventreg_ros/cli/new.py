@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import EventregError
-from ..files import need_writable
+from ..files import need_new
 from ..scenario.files import find, text_of
 from .arguments import write_text
 
@@ -39,9 +39,7 @@ def main(args: argparse.Namespace) -> int:
         raise EventregError(
             f'{file} must end in .yaml, so that commands recognise it as a scenario'
         )
-    if file.exists():
-        raise EventregError(f'{file} exists already; remove it or name another file')
-    need_writable(file)
+    need_new(file)
     text = text_of(find(args.source))
     write_text(file, HEAD.format(file=file) + '#\n' + text)
     print(f'wrote {file}, from {args.source}; now: eventreg simulate {file}')

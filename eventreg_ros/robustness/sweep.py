@@ -8,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ import numpy as np
 
 from ..analysis.export import need
 from ..files import scratch_prefix
+from ..printed import Printed
 from .axes import Array
 from .outcome import VERDICTS, Outcomes
 from .plan import Plan
@@ -40,8 +41,8 @@ Run = Callable[[Plan, Sequence[Stretch]], Iterator[tuple[Stretch, Outcomes]]]
 """Runs stretches of a plan's sets, in any order and any pieces."""
 
 
-@dataclass(frozen=True)
-class Sweep:
+@dataclass(frozen=True, repr=False)
+class Sweep(Printed):
     """What came of a sweep. Counts are of sets; ``bad`` ones were refused or diverged.
 
     ``seconds`` is how long it took the last time; ``out`` the directory, None if nothing was kept.
@@ -55,7 +56,18 @@ class Sweep:
     bad: int
     seconds: float
     out: Path | None
-    _read: Callable[[], dict[str, Array]] = field(repr=False)
+    _read: Callable[[], dict[str, Array]]
+
+    def __repr__(self) -> str:
+        return (
+            f'<Sweep of {self.plan.name}: {self.sets} sets, {self.rejected} rejected, '
+            f'{self.not_rejected} not, {self.undecided} undecided>'
+        )
+
+    def __str__(self) -> str:
+        from .sweep_words import sweep_words
+
+        return sweep_words(self, None, ())
 
     @cached_property
     def columns(self) -> dict[str, Array]:

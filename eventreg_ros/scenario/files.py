@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from pathlib import Path
 
 from ..errors import ScenarioError
 from ..files import UnreadableError, read_text
+from .hint import LONG
 from .names import kind_of
 
 
@@ -43,12 +45,12 @@ def find(scenario: str) -> Path:
     if path.suffix in ('.yaml', '.yml') or '/' in scenario:
         if os.path.lexists(path):
             return path
-        raise ScenarioError(f'scenario file {scenario!r} does not exist; check the path')
+        like = f', or take the shipped {path.stem!r}' if path.stem in shipped() else ''
+        raise ScenarioError(f'scenario file {scenario!r} does not exist; check the path{like}')
     if scenario not in shipped():
-        raise ScenarioError(
-            f'no scenario {scenario!r}; shipped are {", ".join(shipped())}, '
-            f'or give the path of a .yaml file'
-        )
+        close = difflib.get_close_matches(scenario[:LONG], shipped(), 1)
+        known = f'did you mean {close[0]!r}' if close else f'shipped are {", ".join(shipped())}'
+        raise ScenarioError(f'no scenario {scenario!r}; {known}, or give the path of a .yaml file')
     return config_directory() / f'{scenario}.yaml'
 
 

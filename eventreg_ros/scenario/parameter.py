@@ -40,7 +40,8 @@ class Parameter:
     settable: str = INACTIVE
 
     @property
-    def _allowed(self) -> tuple[str, ...]:
+    def allowed(self) -> tuple[str, ...]:
+        """The words that it may be, () where it is not one of a few."""
         return self.choices() if callable(self.choices) else self.choices
 
     @property
@@ -57,7 +58,7 @@ class Parameter:
         if self.type.endswith('[]') and self.length is None:
             words = words.replace('of', f'of at most {self.most}')
         if self.choices:
-            words = 'one of ' + ', '.join(self._allowed)
+            words = 'one of ' + ', '.join(self.allowed)
         if self.low is not None:
             words += f' {">" if self.open_low else ">="} {self.low:g}'
         if self.high is not None:
@@ -84,7 +85,7 @@ class Parameter:
 
     def _allows(self, value: Value) -> bool:
         if self.choices:
-            return value in self._allowed
+            return value in self.allowed
         if isinstance(value, list) and len(value) > self.most:
             return False
         if self.length is not None and len(value) != self.length:  # type: ignore[arg-type]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ INPUTS = (*WIRES, 'signals')
 """Parameters that list signals to listen to."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scenario:
     """What a parameter file says: which nodes there are and all their parameters, checked.
 
@@ -44,7 +44,10 @@ class Scenario:
 
     name: str
     nodes: Mapping[str, Values]
-    given: Mapping[str, Values] = field(repr=False)
+    given: Mapping[str, Values]
+
+    def __repr__(self) -> str:
+        return f'<Scenario {self.name}: {", ".join(self.nodes)}>'
 
     @classmethod
     def of(cls, name: str, given: Mapping[str, Values]) -> Scenario:

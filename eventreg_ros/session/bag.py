@@ -72,7 +72,3 @@ class Recorded(Judged):
         """The model times of the first plant's output, on which ``signals['y']`` is."""
         plants = self.analysis.subject.plants
         return self.times[plants[0].output] if plants else np.empty(0)
-
-    def __getitem__(self, signal: str) -> Array:
-        """Return the samples of one signal. Raises KeyError when the bag has none of that name."""
-        return self.signals[signal]

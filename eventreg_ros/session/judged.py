@@ -3,15 +3,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..analysis.export import to_dataframe, to_xarray
+import numpy as np
+
+from ..analysis.export import to_dataframe, to_xarray, write_signals
 from ..analysis.report_table import table
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
 from ..errors import EventregError, shown
 from ..scenario import Criteria, Scenario
+from ..simulation.trajectory import Array
 
 if TYPE_CHECKING:
     import pandas
@@ -31,6 +36,14 @@ class Judged:
         @property
         def scenario(self) -> Scenario | None:
             """What was run, None where nobody knows."""
+
+        @property
+        def signals(self) -> Mapping[str, Array]:
+            """The samples of each signal."""
+
+        @property
+        def t(self) -> Array:
+            """Model time."""
 
     @property
     def report(self) -> Report:
@@ -56,6 +69,26 @@ class Judged:
     ) -> Report:
         """Return the report by other criteria; see :func:`judge`."""
         raise NotImplementedError
+
+    def __getitem__(self, signal: str) -> Array:
+        """Return the samples of one signal. Raises KeyError when there is none of that name."""
+        try:
+            return self.signals[signal]
+        except KeyError:
+            raise KeyError(f'no signal {signal!r}; there are {", ".join(self.signals)}') from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.signals)
+
+    def __len__(self) -> int:
+        return len(self.signals)
+
+    def __contains__(self, signal: object) -> bool:
+        return signal in self.signals
+
+    def keys(self) -> Iterable[str]:
+        """Return the names of the signals."""
+        return self.signals.keys()
 
     @property
     def verdict(self) -> str:
@@ -89,6 +122,15 @@ class Judged:
     def to_xarray(self) -> xarray.Dataset:
         """Return the signals as an xarray Dataset over t; see :func:`.export.to_xarray`."""
         return to_xarray(self.over_time(), **self._attrs())
+
+    def save(self, path: str | Path) -> None:
+        """Write the signals to a file that ends in .npz, .csv or .parquet.
+
+        Where signals have times of their own, they are put on those of the first plant's output by
+        straight lines. Raises EventregError when it cannot be written.
+        """
+        signals = {name: np.interp(self.t, *signal) for name, signal in self.over_time().items()}
+        write_signals(Path(path), self.t, signals)
 
     def _attrs(self) -> dict[str, str]:
         return {'scenario': self.report.scenario, 'verdict': self.verdict}

@@ -59,10 +59,6 @@ class Run(Judged):
         """What was changed on the way, in words."""
         return changes_asked(self.interventions)
 
-    def __getitem__(self, signal: str) -> Array:
-        """Return one signal. Raises KeyError when the scenario has none of that name."""
-        return self.signals[signal]
-
     @cached_property
     def report(self) -> Report:
         """The verdict and everything behind it, by the scenario's criteria."""

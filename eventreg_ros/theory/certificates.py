@@ -16,7 +16,7 @@ from .lemmas import Contraction, Status, antiphase_oscillates, lemma_1, lemma_2,
 Number = float | bool | str | list[float] | list[list[float]] | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Certificate:
     """One claim about one subject.
 
@@ -32,6 +32,10 @@ class Certificate:
     meaning: str
     text: str
     numbers: Mapping[str, Number] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        value = '' if self.value is None else f' {self.value:.4g}'
+        return f'<Certificate {self.claim} of {self.subject}: {self.status}{value}>'
 
     def __str__(self) -> str:
         """Return it as one line."""

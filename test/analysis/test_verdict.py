@@ -233,14 +233,15 @@ def test_the_table_says_what_the_report_says(rejected):
     assert lines[0] == 'made: 260.0 model time units, counted after 100'
     assert [line.split()[0] for line in lines[2:5]] == ['w', 'y', 'u']
     assert lines[2].split()[-2:] == ['4', '4']
-    assert 'disturbance 4, spurious 0, ratio 1.00' in lines
+    assert 'disturbance events 4, spurious 0, rejection ratio 1.00' in lines
     assert 'residual y: max 1, rms 1' in lines
     assert lines[-2:] == ['after t = 100 w had 4 events; none made y spike', 'verdict: rejected']
 
 
 def test_the_table_speaks_of_a_reference_only_where_there_is_one(loop_signals):
     text = table(judged(loop_signals(w=[110, 150, 190], y=[131], y_r=[130, 200], u=[])))
-    assert 'disturbance 3, reference 2, preserved 1, spurious 0, missed 1, ratio 1.00' in text
+    assert 'disturbance events 3, reference events 2, preserved 1, spurious 0, missed 1, ' in text
+    assert 'rejection ratio 1.00' in text
     assert 'residual y - y_r: max' in text
     assert 'synchronisation w - u: max' in text
 
@@ -249,6 +250,6 @@ def test_the_table_has_no_words_for_what_is_missing(loop_signals):
     lines = table(judged(loop_signals(y=[]))).splitlines()
     assert lines[-1] == 'verdict: undecided'
     assert lines[-4:-1] == [
-        'disturbance 0, spurious 0', 'residual y: max 1, rms 1',
+        'disturbance events 0, spurious 0', 'residual y: max 1, rms 1',
         'nothing disturbs y: there is no w; add an exosystem',
     ]  # fmt: skip

@@ -69,6 +69,9 @@ def test_what_cannot_be_is_one_line(bag, refused, tmp_path):
     assert '--generators' in refused('identify', bag, '--generators', '0')
     nowhere = tmp_path / 'no' / 'made.yaml'
     assert 'cannot write' in refused('identify', bag, '--out', nowhere)
+    there = nowhere.parent.parent / 'there.yaml'
+    there.touch()
+    assert 'exists already' in refused('identify', bag, '--out', there)
     made = tmp_path / 'made.yaml'
     assert 'not separable' in refused('identify', bag, '--generators', '2', '--out', made)
     assert not made.exists()

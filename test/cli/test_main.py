@@ -43,7 +43,7 @@ def test_help_names_every_verb(capsys):
         (['analyze', 'bag', '--settle', '-1'], "a finite number >= 0, got '-1'"),
         (['analyze', 'bag', '--window', 'inf'], "a finite number >= 0, got 'inf'"),
         (['run', 'exact', '--duration', '0'], "a finite number > 0, got '0'"),
-        (['run', 'exakt'], "no scenario 'exakt'; shipped are"),
+        (['run', 'exakt'], "no scenario 'exakt'; did you mean 'exact'"),
         (['run', 'exact', '-p', 'nonsense'], 'an override must be NODE.PARAM:=VALUE'),
         (['run', 'exact', '-p', 'controller.tau:=-1'], 'tau must be a finite number > 0, got -1'),
         (['set', 'plant', '3'], "set takes NODE.PARAM VALUE (controller.tau 0.0625), got 'plant'"),

@@ -210,7 +210,7 @@ def test_by_name_by_path_and_not_at_all(tmp_path, monkeypatch):
         assert load(name).name == 'mine'
         assert load(f'./{name}').nodes == load(str(tmp_path / name)).nodes
     for scenario, words in {
-        'exakt': "no scenario 'exakt'; shipped are exact, late, linear, mismatch",
+        'exakt': "no scenario 'exakt'; did you mean 'exact'",
         'no/such': "scenario file 'no/such' does not exist; check the path",
         'none.yaml': "scenario file 'none.yaml' does not exist",
         str(tmp_path): 'must be a readable text file: it is a directory; give a regular file',

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import EventregError
+from ...printed import Printed
 
 
 class Identifiable(NamedTuple):
@@ -26,8 +27,8 @@ class Interval(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Printed):
     """A generator, as far as its recording shows it.
 
     ``tau`` and ``k`` with their standard deviations, k None where it is not identifiable, which
@@ -51,6 +52,16 @@ class Identification:
     gain: float = 1.0
     offset: float = 0.0
     others: tuple[Identification, ...] = ()
+
+    def __repr__(self) -> str:
+        k = '' if self.k is None else f', k {self.k:g}'
+        more = f', and {len(self.others)} more' if self.others else ''
+        return f'<Identification from {self.signal}: tau {self.tau:.8g}{k}{more}>'
+
+    def __str__(self) -> str:
+        from .words import table
+
+        return table(self)
 
     @property
     def all(self) -> tuple[Identification, ...]:
