@@ -94,28 +94,25 @@ def margins(
     setting = setting or Setting.of(scenario)
     linked = _need_verdict(scenario, setting).linked
     if scenario.loop.predicts:
-        return _of_predicting(scenario, setting, linked, tell)
+        return _search_all(_of_predicting(scenario, setting, linked), progress)
     fine, own = (rate_for(kind, scenario, setting) for kind in ('delay', 'loss'))
     cases: list[tuple[str, float, str | None]] = [
         (kind, rate_for(kind, scenario, setting), None) for kind in KINDS
     ]
     cases += [('delay', own, None)] if own != fine else []
     cases += [('delay', fine, signal) for signal in linked]
-    searches = [(hold, *case) for hold in HOLDS for case in cases]
-    return [
-        limit(
-            Evaluator(scenario, hold, rate, setting, signal),
-            kind,
-            partial(progress, done, len(searches)),
-        )
-        for done, (hold, kind, rate, signal) in enumerate(searches)
+    searches = [
+        (Evaluator(scenario, hold, rate, setting, signal), kind)
+        for hold in HOLDS
+        for kind, rate, signal in cases
     ]
+    return _search_all(searches, progress)
 
 
 def _of_predicting(
-    scenario: Scenario, setting: Setting, linked: Sequence[str], tell: Tell
-) -> list[Limit]:
-    """Return the same of a loop that predicts, all at its own rate: its delays are long.
+    scenario: Scenario, setting: Setting, linked: Sequence[str]
+) -> list[tuple[Evaluator, str]]:
+    """Return what is searched of a loop that predicts, all at its own rate: its delays are long.
 
     Late are the links to the controller and from it, not those of the disturbance.
     """
@@ -125,9 +122,16 @@ def _of_predicting(
     cases += [('loss', None, False), ('jitter', None, False), ('delay', far, False)]
     cases += [('delay', signal, False) for signal in linked]
     return [
-        limit(Evaluator(scenario, hold, rate, setting, signal, led=led), kind, tell)
+        (Evaluator(scenario, hold, rate, setting, signal, led=led), kind)
         for hold in HOLDS
         for kind, signal, led in cases
+    ]
+
+
+def _search_all(searches: Sequence[tuple[Evaluator, str]], progress: Progress) -> list[Limit]:
+    return [
+        limit(trial, kind, partial(progress, done, len(searches)))
+        for done, (trial, kind) in enumerate(searches)
     ]
 
 
