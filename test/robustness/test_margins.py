@@ -117,7 +117,7 @@ def test_the_delay_margins_are_in_the_brackets(name, low, high):
 
 def test_margins_asks_for_each_hold_and_kind_at_its_rate():
     setup, shown = scenario.load('linear'), []
-    found = margins(setup, Setting(duration=200.0, seeds=1), shown.append)
+    found = margins(setup, Setting(duration=200.0, seeds=1), lambda *step: shown.append(step))
     cases = [(kind, None) for kind in (*KINDS, 'delay')]
     cases += [('delay', signal) for signal in 'wyu']
     wanted = [(hold, *case) for hold in ('zero', 'linear') for case in cases]
@@ -128,8 +128,9 @@ def test_margins_asks_for_each_hold_and_kind_at_its_rate():
         again = Evaluator(setup, x.hold, x.rate, Setting(duration=200.0, seeds=1))
         assert again.rejected(Impairment(**{x.kind: x.largest}))
         assert not again.rejected(Impairment(**{x.kind: x.fails_at}))
-    assert f'zero hold, delay {found[0].largest:g}: rejected' in shown
-    assert f'zero hold, delay {found[0].fails_at:g}: not rejected' in shown
+    assert (0, 14, f'zero hold, delay {found[0].largest:g}: rejected') in shown
+    assert (0, 14, f'zero hold, delay {found[0].fails_at:g}: not rejected') in shown
+    assert {done for done, _, _ in shown} == set(range(14))
 
 
 def test_the_rate():
