@@ -10,6 +10,7 @@ from .figure import Case, Drawable, PaperFigure, compute_runs
 from .figures_in_paper import SHOWN
 from .figures_of_claims import ARGUED
 from .figures_of_learning import LEARNED, SWEPT
+from .figures_of_links import DELAY_MARGIN, MESSAGES
 from .gallery import Figure, gallery
 from .swept import SweptFigure, compute_swept
 
@@ -24,7 +25,9 @@ __all__ = [
     'gallery',
 ]
 
-FIGURES: dict[str, Figure] = {figure.name: figure for figure in (*SHOWN, *ARGUED, *LEARNED, *SWEPT)}
+FIGURES: dict[str, Figure] = {
+    figure.name: figure for figure in (*SHOWN, *ARGUED, *LEARNED, *SWEPT, DELAY_MARGIN, MESSAGES)
+}
 """All figures by name, in the order in which they are made."""
 
 

@@ -29,12 +29,13 @@ PER_LINE = 3
 class Case:
     """One simulation of a figure: a scenario, what it overrides, and what is done on the way.
 
-    ``at`` holds interventions, T:ACTION with T in model time.
+    ``at`` holds interventions, T:ACTION with T in model time; ``sampled``: sample by sample.
     """
 
     scenario: str
     overrides: tuple[str, ...] = ()
     at: tuple[str, ...] = ()
+    sampled: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,8 +81,8 @@ def compute_runs(figure: PaperFigure, overrides: Iterable[str] = ()) -> Drawable
     """
     scenarios = scenarios_of(figure, overrides)
     runs = {
-        name: simulate(scenario, figure.duration, at=figure.cases[name].at)
-        for name, scenario in scenarios.items()
+        name: simulate(scenarios[name], figure.duration, at=case.at, sampled=case.sampled)
+        for name, case in figure.cases.items()
     }
     columns = _columns(runs)
     columns |= {name: function(columns) for name, function in figure.derived.items()}

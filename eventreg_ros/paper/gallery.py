@@ -78,7 +78,8 @@ def _commands(figure: Figure) -> str:
 
 def command(case: Case, duration: float) -> str:
     """Return the command line that simulates ``case`` by itself."""
-    words = ['eventreg simulate', case.scenario, f'--duration {duration:g}']
+    words = ['eventreg simulate', case.scenario, *(['--sampled'] if case.sampled else [])]
+    words.append(f'--duration {duration:g}')
     words += [f'-p {_quoted(override)}' for override in case.overrides]
     return ' '.join([*words, *(f'--at {_quoted(action)}' for action in case.at)])
 

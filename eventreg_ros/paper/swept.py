@@ -23,18 +23,21 @@ Columns = Mapping[str, Array]
 class SweptCase:
     """One sweep of a figure: a scenario, what is fixed and what is varied, as on a command line.
 
-    ``duration`` and ``settle`` are in model time.
+    ``duration`` and ``settle`` are in model time; ``on`` are the signals whose links are impaired,
+    all where it is empty.
     """
 
     scenario: str
     parameters: tuple[str, ...]
     duration: float
     settle: float
+    on: tuple[str, ...] = ()
 
     @property
     def command(self) -> str:
         """The command line that makes the table of this sweep."""
         words = ['eventreg sweep', self.scenario, *(f'-p "{each}"' for each in self.parameters)]
+        words += [f'--on {",".join(self.on)}'] if self.on else []
         return ' '.join([*words, f'--duration {self.duration:g} --settle {self.settle:g}'])
 
 
@@ -68,6 +71,7 @@ def compute_swept(figure: SweptFigure, overrides: Iterable[str] = ()) -> Drawabl
             case.parameters,
             duration=case.duration,
             settle=case.settle,
+            on=case.on or None,
         )
         found |= {f'{name}.{column}': x for column, x in run_sweep(plan).columns.items()}
     columns = {name: np.asarray(function(found)) for name, function in figure.derived.items()}

@@ -42,6 +42,9 @@ FLOOR = 1e-12
 """Smaller values are drawn as this in logarithmic panels: they are below the integrator's error."""
 
 
+CROWD = 250
+"""Marks in a row of a raster at most; more would be on top of each other."""
+
 ROUND = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Ticks of a logarithmic horizontal axis."""
 
@@ -78,7 +81,8 @@ class Layout:
     """A figure: its panels from top to bottom, and the columns whose events are marked below.
 
     Before ``settle`` (model time) the panels are shaded. ``along`` is the label of the horizontal
-    axis, which is logarithmic with ``log``.
+    axis, which is logarithmic with ``log``. With a ``raster``, which is what they are called, all
+    samples that are not 0 are marked instead of events.
     """
 
     panels: tuple[Panel, ...]
@@ -86,6 +90,7 @@ class Layout:
     settle: float = 0.0
     along: str = TIME
     log: bool = False
+    raster: str = ''
 
 
 def curves(*signals: str) -> tuple[Curve, ...]:
@@ -123,7 +128,8 @@ def draw(
             if panel.threshold:
                 mark_threshold(axis, threshold)
         if layout.events:
-            mark_events(axes[-1], _found(layout.events, t, data, threshold, reset))
+            mark_events(axes[-1], _found(layout, t, data, threshold, reset))
+            axes[-1].set_ylabel(layout.raster or 'events')
         for axis in axes if layout.settle else ():
             shade_settle(axis, layout.settle)
         explained: set[str] = set()
@@ -155,10 +161,28 @@ def _lay_out(figure: Any) -> None:
 
 
 def _found(
-    rows: Sequence[Curve], t: Array, data: Mapping[str, Array], threshold: float, reset: float
+    layout: Layout, t: Array, data: Mapping[str, Array], threshold: float, reset: float
 ) -> list[tuple[str, Look, list[float]]]:
-    """Return the events of each row, as :func:`.plots.mark_events` takes them."""
-    return [(row.label, row.look, detect(t, data[row.column], threshold, reset)) for row in rows]
+    """Return the marks of each row, as :func:`.plots.mark_events` takes them."""
+    return [
+        (
+            row.label,
+            row.look,
+            _apart(t[data[row.column] != 0.0], float(t[-1] - t[0]) / CROWD)
+            if layout.raster
+            else detect(t, data[row.column], threshold, reset),
+        )
+        for row in layout.events
+    ]
+
+
+def _apart(times: Array, least: float) -> list[float]:
+    """Return those of ``times`` that are at least so far from the one before."""
+    kept: list[float] = []
+    for time in times.tolist():
+        if not kept or time - kept[-1] >= least:
+            kept.append(time)
+    return kept
 
 
 def _frame(layout: Layout, notes: Sequence[str]) -> tuple[Any, list[Any]]:

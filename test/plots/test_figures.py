@@ -15,6 +15,7 @@ from eventreg_ros import simulate
 from eventreg_ros.analysis.events import detect
 from eventreg_ros.cli.main import main
 from eventreg_ros.paper import FIGURES, compute, find
+from eventreg_ros.paper.figure import scenarios_of
 from eventreg_ros.plots.figures import FLOOR, Curve, Layout, Panel, draw
 from eventreg_ros.plots.style import LOOKS, METADATA, save
 from eventreg_ros.scenario import load
@@ -250,9 +251,37 @@ def test_the_ticks_are_the_events(name):
     axes = picture(name).axes[-1]
     assert len(picture(name).axes) == len(d.layout.panels) + 1
     for ticks, row in zip(axes.collections, d.layout.events, strict=False):
+        if d.layout.raster:
+            continue
         expected = detect(d.t, d.columns[row.column], d.threshold, d.reset)
         assert list(ticks.get_positions()) == expected
     assert [t.get_text() for t in axes.get_yticklabels()] == [r.label for r in d.layout.events]
+
+
+def test_the_marks_of_the_raster_are_the_messages():
+    d, figure = data('messages'), FIGURES['messages']
+    for name, scenario in scenarios_of(figure).items():
+        sent = simulate(scenario, figure.duration, sampled=True).messages['u']
+        assert np.count_nonzero(d.columns[f'{name}.sent']) == pytest.approx(sent, abs=0.5)
+    ticks = [np.array(marks.get_positions()) for marks in picture('messages').axes[-1].collections]
+    assert np.diff(ticks[0]).max() < 0.3, 'a band: more marks would be on top of each other'
+    np.testing.assert_array_equal(ticks[2], d.t[d.columns['spikes.sent'] != 0.0])
+    assert np.isin(ticks[1], d.t[d.columns['delta.sent'] != 0.0]).all()
+
+
+def test_the_loop_goes_on_beyond_0_4_with_prediction_and_a_wrong_one_to_its_lead():
+    d = data('delay_margin')
+
+    def first(name):
+        events = d.columns[f'{name}.spurious']
+        return d.t[np.flatnonzero(events)[0]] if events.any() else np.inf
+
+    assert d.t[0] == pytest.approx(0.1)
+    assert d.t[-1] == pytest.approx(8.0)
+    assert 0.4 < first('exact') < 0.6
+    assert 0.8 < first('wrong') < 1.2
+    assert first('predicted') == first('learned') == np.inf
+    assert d.columns['predicted.residual'].max() < 0.02
 
 
 @every_figure
