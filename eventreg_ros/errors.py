@@ -22,6 +22,10 @@ CUT = ' [...] '
 class EventregError(Exception):
     """Bad input. The message is one line and ends with the remedy; commands exit with 2."""
 
+    def __str__(self) -> str:
+        """Return the message, of at most :data:`LONGEST` characters."""
+        return one_line(super().__str__())
+
 
 class ParameterError(EventregError, ValueError):
     """A parameter has the wrong type or breaks its rule."""
@@ -49,6 +53,14 @@ def shown(value: object) -> str:
     return _SHORT.repr(value) + (f' ({len(value)} entries)' if long else '')  # type: ignore[arg-type]
 
 
+def described(error: BaseException) -> str:
+    """Return type and words of an error, whose words may themselves fail."""
+    try:
+        return f'{type(error).__name__}: {error}'
+    except Exception:  # of whatever package it comes
+        return type(error).__name__
+
+
 def one_line(message: object) -> str:
     """Return ``message`` as one printable line of at most :data:`LONGEST` characters.
 
@@ -73,7 +85,7 @@ def confess(who: str, error: BaseException) -> int:
     """Print a fault of our own as one line, at length if so asked for; return its exit code."""
     complain(
         who,
-        f'fault of its own, please report it: {type(error).__name__}: {error}; '
+        f'fault of its own, please report it: {described(error)}; '
         f'{DEBUG}=1 in the environment shows the traceback',
     )
     if os.environ.get(DEBUG):

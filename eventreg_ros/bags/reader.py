@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import BagError
+from ..errors import BagError, one_line
 from . import counts
 from .channel import Account, Channel, Messages, Select, Taker, UnreadableError, absolute, each
 from .files import BagFiles, bag_files, sidecar
@@ -21,9 +21,6 @@ from .storages import read_file
 from .times import choose, differing, stamps_of
 from .topics import Choice
 from .values import lone_samples, two_sources, wild_samples
-
-MOST = 300
-"""Characters of an error or a finding, at most."""
 
 
 def read_bag(
@@ -45,7 +42,7 @@ def read_bag(
     try:
         return _read(Path(path), Choice(str(path), namespace, topics, signals), time)
     except BagError as error:
-        raise BagError(one_line(str(error))) from None
+        raise BagError(one_line(error)) from None
 
 
 def _read(path: Path, choice: Choice, time: str | None) -> Recording:
@@ -107,12 +104,6 @@ class Message(NamedTuple):
     publish: int | None
     type: str
     data: bytes
-
-
-def one_line(text: str) -> str:
-    """Return a text on one line, of MOST characters at most: what is in it comes from files."""
-    text = ' '.join(text.split())
-    return text if len(text) <= MOST else f'{text[: MOST - 103]} ... {text[-98:]}'
 
 
 class _Keeper:

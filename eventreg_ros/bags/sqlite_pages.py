@@ -232,6 +232,8 @@ def integers(data: Bytes, at: Index, kind: int) -> Stamps:
     size = size_of(kind) if kind < 7 else 0
     if not size:
         return np.zeros(len(at), np.int64)
-    wide: Stamps = np.ndarray((len(data) - 7,), '>i8', data, 0, (1,))[at].astype(np.int64)
+    last = len(data) - 8  # a row that claims to go on behind its page is no row
+    at = np.minimum(at, last)
+    wide: Stamps = np.ndarray((last + 1,), '>i8', data, 0, (1,))[at].astype(np.int64)
     wide >>= 64 - 8 * size
     return wide

@@ -49,13 +49,13 @@ def main(args: argparse.Namespace) -> int:
         topics=args.topics,
         time=args.time,
     )
+    report = analysis.report  # first: what it refuses is one line
     if analysis.scenario is None:
         print(
             f'eventreg: the bag holds no scenario and --scenario is not given; taking time_scale '
             f'{TIME_SCALE.default:g}, threshold and reset by default',
             file=sys.stderr,
         )
-    report = analysis.report
     warn(report.evidence.warnings)
     print(timing_table(report, analysis.recording.time))
     if noise := noise_table(analysis.signals, analysis.criteria):

@@ -13,7 +13,7 @@ from typing import Any
 
 from .. import scenario as scenarios
 from ..bags.finding import Finding
-from ..errors import EventregError
+from ..errors import EventregError, one_line
 from ..files import need_writable, writing
 from ..scenario import Scenario
 from ..scenario.criteria import BLIND, SETTLE, WINDOW
@@ -120,7 +120,8 @@ def add_span(parser: argparse.ArgumentParser) -> None:
 def warn(findings: Iterable[Finding], run: str = '') -> None:
     """Print findings on standard error, one line each, with the name of the run if given."""
     for finding in findings:
-        print(f'eventreg: {run}{": " if run else ""}{finding.text}', file=sys.stderr)
+        line = one_line(f'eventreg: {run}{": " if run else ""}{finding.text}')
+        print(line, file=sys.stderr)
 
 
 def nonnegative(text: str) -> float:

@@ -84,7 +84,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
             return fail(f'no command {verb!r}{hint(verb, VERBS)}')
         args = build_parser(verb).parse_args(argv)
-        with divided(args):
-            return int(module(args.verb).main(args))
+        try:
+            with divided(args):
+                return int(module(args.verb).main(args))
+        except SystemExit as error:  # of another package: no verdict of ours
+            raise RuntimeError(f'something called sys.exit({error.code!r})') from error
 
     return guarded(work, interruptible=verb != 'node')

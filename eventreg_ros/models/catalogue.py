@@ -12,7 +12,7 @@ from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from ..errors import ModelError, shown
+from ..errors import ModelError, described, shown
 from .hodgkin_huxley import HODGKIN_HUXLEY, HODGKIN_HUXLEY_OSCILLATOR
 from .linear import HARMONIC, INTERNAL_MODEL, LAG
 from .model import Model, State
@@ -89,9 +89,9 @@ def try_out(name: str, model: Model, x0: State, values: Mapping[str, Any]) -> No
         slope = [float(each) for each in model.rhs(x0, 0.0, p)]
         part = 'output'
         float(model.output(x0, 0.0, p))
-    except Exception as error:  # whatever the package's own code raises
+    except (Exception, SystemExit) as error:  # whatever the package's own code raises
         raise ModelError(
-            f'{where}: {part} fails at x0 {shown(list(x0))}: {type(error).__name__}: {error}; '
+            f'{where}: {part} fails at x0 {shown(list(x0))}: {described(error)}; '
             'fix the package that offers it, or its parameters'
         ) from None
     if len(slope) != model.dimension:
@@ -108,9 +108,9 @@ def _plugged_in(name: str) -> Model:
         raise ModelError(f'no model {name!r}; there are {", ".join(model_names())}')
     try:
         model = found.load()
-    except Exception as error:  # whatever the package's own code raises
+    except (Exception, SystemExit) as error:  # whatever the package's own code raises
         raise ModelError(
-            f'model {name!r} ({_source(name)}) cannot be loaded: {type(error).__name__}: {error}; '
+            f'model {name!r} ({_source(name)}) cannot be loaded: {described(error)}; '
             'fix or remove the package that offers it'
         ) from None
     if not isinstance(model, Model):

@@ -128,6 +128,15 @@ class Model:
         """How many of the states are the model's own, not parameters that it learns."""
         return self.dimension - len(self.learned)
 
+    @property
+    def is_ours(self) -> bool:
+        """Whether all of its code belongs to this package."""
+        code = (self.rhs, self.output, self.confine, self.jacobian, self.pack)
+        modules = {getattr(each, '__module__', '') for each in code if each is not None}
+        home = __name__.partition('.')[0]
+        ours = all(module.partition('.')[0] == home for module in modules)
+        return ours and (self.base is None or self.base.is_ours)
+
     def params(self, values: Mapping[str, Any]) -> Params:
         """Return ``p`` from values by parameter name. Raises KeyError when one is missing."""
         numbers: list[float] = []

@@ -16,7 +16,7 @@ from ..runtime.figures import LEARNING
 from ..scenario import block_spec
 from ..scenario.parameter import ACTIVE, UNCONFIGURED
 from ..simulation.block import Block, BlockSpec
-from ..simulation.model_errors import ARITHMETIC
+from ..simulation.model_errors import ANYTHING, failed
 from .arrivals import SequencedArrivals, StampedArrivals
 from .managed import OK, WARN, FaultError, Status
 from .pace import Inputs, Lines, Tick
@@ -110,9 +110,11 @@ class BlockNode(SignalNode):
     def _next(self, tick: Tick) -> float:
         try:
             return self._stepped(tick)
-        except ARITHMETIC as error:  # of a model whose code we do not know
-            why = f'{type(error).__name__}: {error}'
-            raise FaultError(f'the model of {self.label} failed at step {tick.n}: {why}') from error
+        except ANYTHING as error:
+            words = failed(error, [self.spec.model])
+            if words is None:
+                raise
+            raise FaultError(f'{self.label} failed at step {tick.n}: {words}') from error
 
     def _stepped(self, tick: Tick) -> float:
         block = self.block

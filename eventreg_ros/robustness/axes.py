@@ -14,6 +14,7 @@ of the loop (``links.delay``, ``links.jitter`` in model time, ``links.loss``, ``
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,12 +36,15 @@ NOISE = 'noise'
 OF_RUN = (LINKS, NOISE)
 """What stands in the place of a node and is none."""
 
+MOST_SETS = 10_000_000
+"""Sets of a sweep, and so values of an axis, at most: their table takes below 2 GB."""
+
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
 _FRACTION = r'[-+]?\d+/\d+'
 _RANGE = re.compile(rf'({_NUMBER})\.\.({_NUMBER})(?:/(\d+))? ?(log)?')
 _RANGE_OF_FRACTIONS = re.compile(rf'({_FRACTION})\.\.({_FRACTION}|{_NUMBER})(?:/(\d+))? ?(log)?')
 _SPREAD = re.compile(rf'({_NUMBER}(?:/{_NUMBER})?)~({_NUMBER})%')
-_NAME = re.compile(r'(/\*\*|[^.:\s]+)\.([^:\s[\]]+)(?:\[(\d+)\])?')
+_NAME = re.compile(r'(/\*\*|[^.:\s]+)\.([^:\s[\]]+)(?:\[(\d{1,9})\])?')
 
 
 @dataclass(frozen=True)
@@ -141,18 +145,24 @@ def _values(spec: str, text: str) -> dict[str, Any] | None:
             raise ParameterError(f'-p {text}: a list must hold values ({{1,2,3}}), got {spec!r}')
         return {'values': tuple(_word(word, text) for word in words)}
     if found := _SPREAD.fullmatch(spec):
-        value, percent = _number(found[1], text), float(found[2])
-        return {'low': value, 'spread': abs(value) * abs(percent) / 100.0}
+        value, spread = _number(found[1], text), abs(float(found[2])) / 100.0
+        if not math.isfinite(value * spread):
+            raise ParameterError(f'-p {text}: a spread must be finite, got {shown(spec)}')
+        return {'low': value, 'spread': abs(value) * spread}
     if not (found := _RANGE.fullmatch(spec) or _RANGE_OF_FRACTIONS.fullmatch(spec)):
         return None
     low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
+    if not math.isfinite(high - low):
+        raise ParameterError(f'-p {text}: a range must be finite, got {low:g} to {high:g}')
     if log and not 0.0 < low * high < np.inf:
         raise ParameterError(f'-p {text}: a log range must not reach or cross 0; leave out log')
     if found[3] is None:
         return {'low': low, 'high': high, 'log': log}
-    count = int(found[3])
-    if count < 2:
-        raise ParameterError(f'-p {text}: a range needs 2 values or more, got {count}')
+    count = int(found[3]) if len(found[3]) < 10 else MOST_SETS + 1
+    if not 2 <= count <= MOST_SETS:
+        raise ParameterError(
+            f'-p {text}: a range needs 2 to {MOST_SETS} values, got {shown(found[3])}'
+        )
     line = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     return {'values': tuple(line.tolist())}
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
-from .axes import Array, Axis
+from .axes import MOST_SETS, Array, Axis
 
 SAMPLINGS = ('random', 'sobol', 'saltelli')
 
@@ -99,7 +99,19 @@ def problem(width: int) -> dict[str, object]:
 def design_of(
     axes: Sequence[Axis], sets: int | None = None, seed: int = 0, sampling: str = 'grid'
 ) -> Design:
-    """Return the design that is asked for. Raises EventregError where axes and sets do not fit."""
+    """Return the design that is asked for.
+
+    Raises EventregError where axes and sets do not fit, or for more than :data:`.axes.MOST_SETS`.
+    """
+    design = _design_of(axes, sets, seed, sampling)
+    if design.count > MOST_SETS:
+        raise EventregError(
+            f'a sweep has at most {MOST_SETS} sets, got {design.count:.3g}; take fewer values'
+        )
+    return design
+
+
+def _design_of(axes: Sequence[Axis], sets: int | None, seed: int, sampling: str) -> Design:
     if sets is None:
         for axis in axes:
             if axis.is_law:

@@ -18,6 +18,7 @@ from ..scenario.parameters import has, is_foreign, parameters_of
 from ..scenario.reader import Override
 from ..simulation.impairment import Impairment
 from ..simulation.lanes import Start
+from ..simulation.model_errors import in_words
 from ..simulation.model_time import count_steps
 from ..simulation.noise import Noise
 from .axes import Array, Axis
@@ -47,6 +48,10 @@ class Sets:
 
     def run(self, columns: Sequence[Array], pool: ThreadPoolExecutor | None = None) -> Outcomes:
         """Return the outcomes of the sets with these values, one array of shape (n,) per axis."""
+        with in_words(self._loop.foreign_models):
+            return self._run(columns, pool)
+
+    def _run(self, columns: Sequence[Array], pool: ThreadPoolExecutor | None) -> Outcomes:
         count = len(columns[0]) if columns else 1
         reasons = self._refused(columns)
         around = self._imperfect.of(columns, count, reasons)

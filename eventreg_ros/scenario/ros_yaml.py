@@ -141,8 +141,12 @@ REMEDIES = {
 
 
 def _events(text: str) -> Iterator[Any]:
-    """Return libyaml's events, which is what rcl reads."""
+    """Return libyaml's events, which is what rcl reads. Raises RefusedError for what is no text."""
     import yaml
 
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # bytes of a command line
+        raise RefusedError('it is not valid UTF-8') from None
     loader = yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader
     return iter(yaml.parse(text, Loader=loader))

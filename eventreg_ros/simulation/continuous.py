@@ -45,6 +45,13 @@ def simulate(
     time of a turn the signals are those after it. Raises EventregError when the blocks do not agree
     on that step, close an algebraic loop, their state stops being finite, or they are too stiff.
     """
+    with in_words(loop.foreign_models):
+        return _simulate(loop, duration, h, turns, rtol, atol)
+
+
+def _simulate(
+    loop: Loop, duration: float, h: float | None, turns: Sequence[Turn], rtol: float, atol: float
+) -> Trajectory:
     wanted, loop = loop.signals, loop.without_delay()
     turns = [turn.without_delay(wanted) for turn in turns]
     scale, rate = (h, 1.0) if h is not None else loop.grid
@@ -82,6 +89,7 @@ class _Integration:
     """One integration of a loop, restarted wherever a stimulus jumps."""
 
     def __init__(self, loop: Loop, budget: Budget, rtol: float, atol: float) -> None:
+        self._models = loop.models
         self._system, self._stimuli = System(loop), tuple(loop.stimuli.values())
         self._rtol, self._atol = rtol, atol
         self._budget = budget
@@ -112,7 +120,7 @@ class _Integration:
             return x[:, None]
         at = np.unique(np.append(t, end))
         rhs = self._rhs(start, end)
-        with np.errstate(all='ignore'), in_words():
+        with np.errstate(all='ignore'), in_words(self._models):
             if not all(map(math.isfinite, rhs(start, x))):
                 raise _not_finite(start)
             result = solve_ivp(rhs, (start, end), x, 'DOP853', at, rtol=self._rtol, atol=self._atol)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from ..errors import EventregError
+from ..models import Model
 from .block import BlockSpec
 from .numbered import ordinary
 from .stimulus import Stimulus
@@ -40,6 +41,16 @@ class Loop:
         blocks = self.blocks.values()
         outputs = [spec.output for spec in blocks]
         return [*self.stimuli, *outputs, *(name for spec in blocks for name in spec.observed)]
+
+    @property
+    def models(self) -> list[Model]:
+        """The models of all blocks."""
+        return [spec.model for spec in self.blocks.values()]
+
+    @property
+    def foreign_models(self) -> list[Model]:
+        """Those whose code belongs to other packages."""
+        return [model for model in self.models if not model.is_ours]
 
     @property
     def links(self) -> list[tuple[str, str]]:

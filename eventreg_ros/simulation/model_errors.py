@@ -1,26 +1,45 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the code of a model raises on the way: its arithmetic, turned into an error in words."""
+"""What the code of a model raises on the way, turned into an error in words."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from ..errors import EventregError
+from ..errors import EventregError, described
+from ..models import Model
 
 ARITHMETIC = (ArithmeticError, ValueError)
 """What Python's arithmetic raises: overflow, division by zero, math domain error."""
 
+ANYTHING = (Exception, SystemExit)
+"""What may come of code that we do not know. sys.exit(0) there must not end as a verdict."""
+
+
+def failed(error: BaseException, models: Sequence[Model]) -> str | None:
+    """Say which of ``models`` failed, how, and what to do; None for another fault.
+
+    Our models fail by arithmetic, those of other packages in any way, also by what they return.
+    """
+    others = [repr(model.name) for model in models if not model.is_ours]
+    if isinstance(error, EventregError | MemoryError) or not isinstance(error, ANYTHING):
+        return None
+    words = f'cannot be evaluated: {described(error)}'
+    if others:
+        who = f'model {" or ".join(dict.fromkeys(others))}'
+        return f'{who} {words}; fix the package that offers it, or take gentler parameters'
+    if models and isinstance(error, ARITHMETIC):
+        return f'a model {words}; take a shorter duration or gentler parameters'
+    return None
+
 
 @contextmanager
-def in_words() -> Iterator[None]:
-    """Turn what a model's arithmetic raises into EventregError."""
+def in_words(models: Sequence[Model]) -> Iterator[None]:
+    """Turn what the code of ``models`` raises into EventregError."""
     try:
         yield
-    except EventregError:
-        raise
-    except ARITHMETIC as error:
-        raise EventregError(
-            f'a model cannot be evaluated: {type(error).__name__}: {error}; take a shorter '
-            'duration or gentler parameters'
-        ) from error
+    except ANYTHING as error:
+        words = failed(error, models)
+        if words is None:
+            raise
+        raise EventregError(words) from error

@@ -50,7 +50,9 @@ class SampledLoop:
 
     def __init__(self, loop: Loop) -> None:
         self._time_scale, self._rate = loop.grid
-        self._start = [Condition.of(spec) for spec in loop.blocks.values()]
+        self._models, self._foreign = loop.models, loop.foreign_models
+        with in_words(self._foreign):
+            self._start = [Condition.of(spec) for spec in loop.blocks.values()]
         self._names = list(loop.blocks)
         self._stimuli = {name: Waveform(each) for name, each in loop.stimuli.items()}
         self.signals, self.links = loop.signals, loop.links
@@ -115,17 +117,18 @@ class SampledLoop:
         signals = [signal for _, signal in self.links]
         have = received(signals, steps, self.h, impairment, self._leads)
         t = model_times(steps, self._time_scale, self._rate)
-        table, blocks = self._samples(t), list(self._start)
+        with in_words(self._foreign):
+            table, blocks = self._samples(t), list(self._start)
         for signal, added in noise.draw(steps + 1):
             table[self._row[signal]] += added
         self._code_first(blocks, table)
         for first, last, due in _stretches(turns, steps, self.h):
             for turn in due:
                 self._take(turn, blocks, table, t, first)
-            with in_words():
+            with in_words(self._models):
                 table = self._advance(blocks, table, have, (first, last), noise, compiled)
-        states = [number for each in blocks for number in each.x]
-        _check(t, table, states)
+        with in_words(self._foreign):
+            _check(t, table, [number for each in blocks for number in each.x])
         sent = {e.spec.output: e.messages for e in blocks if e.spec.coding is not None}
         return Trajectory(t, dict(zip(self.signals, table, strict=True)), sent)
 

@@ -12,6 +12,7 @@ from ..models.linear import HARMONIC, INTERNAL_MODEL, LAG
 from ..models.neuron import NEURON
 from ..simulation.continuous import StiffError, simulate
 from ..simulation.loop import Loop
+from ..simulation.model_errors import in_words
 from .adaptation import gain_and_delay, learning
 from .bank import bank
 from .certificates import (
@@ -52,7 +53,11 @@ def certify(loop: Loop, time: float = TIME) -> list[Certificate]:
 
 def one_by_one(loop: Loop, time: float = TIME) -> Iterator[Certificate]:
     """Yield what :func:`certify` returns, each certificate as soon as it is known."""
-    loop = loop.without_delay()
+    with in_words(loop.foreign_models):
+        yield from _one_by_one(loop.without_delay(), time)
+
+
+def _one_by_one(loop: Loop, time: float) -> Iterator[Certificate]:
     published = set(loop.signals)
     for name, block in loop.blocks.items():
         driven = any(signal in published for signal, _ in block.inputs)

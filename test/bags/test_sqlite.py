@@ -187,6 +187,26 @@ def test_cell_pointers_that_lead_astray_cost_their_rows(good):
     assert [note.code for note in account.notes] == ['damaged', 'lost-samples']
 
 
+def test_columns_that_a_row_has_behind_its_page_cost_the_row(tmp_path):
+    connection = sqlite3.connect(tmp_path / 'it.db3')
+    connection.execute(
+        'CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format)'
+    )
+    connection.execute(
+        'CREATE TABLE messages(id INTEGER PRIMARY KEY, data BLOB, topic_id, timestamp)'
+    )
+    connection.execute("INSERT INTO topics VALUES (7, '/y', 'std_msgs/msg/Float64', 'cdr')")
+    sizes = [12, 200_000, 12]
+    rows = [(bytes(size), 7, START + i) for i, size in enumerate(sizes)]
+    insert = 'INSERT INTO messages (data, topic_id, timestamp) VALUES (?, ?, ?)'
+    connection.executemany(insert, rows)
+    connection.commit()
+    connection.close()
+    found, account = by_pages(tmp_path / 'it.db3')
+    assert {*found['/y']} <= {(START, bytes(12)), (START + 2, bytes(12))}
+    assert 'damaged' in [note.code for note in account.notes]
+
+
 @pytest.mark.parametrize(
     'statements',
     [

@@ -370,3 +370,15 @@ def test_the_same_bag_gives_the_same_json(tmp_path, analyze, loop_signals, stamp
         write_bag(tmp_path / f'{i}', stamped(loop_signals(w=W, y=[], u=U)), 'exact', text)
         analyze(tmp_path / f'{i}', '--json', tmp_path / f'{i}.json')
     assert (tmp_path / '0.json').read_text() == (tmp_path / '1.json').read_text()
+
+
+def test_a_warning_is_no_longer_than_an_error(make_bag, analyze):
+    bag = make_bag(w=W, y=[], u=U)
+    text = (bag / 'metadata.yaml').read_text()
+    name = next(bag.glob('*.mcap')).name
+    longer = text.replace(f'- {name}', f'- {name}\n  - {"long_" * 100}.mcap', 1)
+    (bag / 'metadata.yaml').write_text(longer)
+    code, _, errors = analyze(bag)
+    assert code == 3
+    assert 'is not there' in errors
+    assert max(map(len, errors.splitlines())) <= 300

@@ -108,6 +108,12 @@ def test_a_bug_has_an_exit_code_that_is_no_verdict(monkeypatch, capsys, bug):
     assert 'Traceback (most recent call last)' in capsys.readouterr().err
 
 
+def test_a_package_that_exits_gives_no_verdict(monkeypatch, capsys):
+    monkeypatch.setattr(command, 'module', lambda name: Verb(SystemExit(0)))
+    assert main(['analyze']) == 70
+    assert 'something called sys.exit(0)' in capsys.readouterr().err
+
+
 def test_only_the_verb_that_is_run_is_imported():
     build_parser(None)
     assert build_parser('analyze').parse_args(['analyze', 'bag']).verb == 'analyze'

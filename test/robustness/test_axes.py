@@ -70,7 +70,12 @@ def test_mismatch_is_normal_with_that_deviation():
 @pytest.mark.parametrize(
     ('texts', 'words'),
     [
-        (['plant.k:=1..2/1'], '2 values or more'),
+        (['plant.k:=1..2/1'], 'needs 2 to 10000000 values'),
+        (['plant.k:=1..2/99999999'], 'needs 2 to 10000000 values'),
+        (['plant.k:=1..2/' + '9' * 5000], 'needs 2 to 10000000 values'),
+        (['plant.k:=1e308..-1e308/3'], 'must be finite'),
+        (['plant.k:=1~1e400%'], 'must be finite'),
+        (['plant.x0[' + '9' * 5000 + ']:=0..1/2'], 'must be NODE.PARAM:=VALUE'),
         (['plant.k:=-1..2/5log'], 'reach or cross 0'),
         (['plant.k:={}'], 'must hold values'),
         (['plant.k:=1..2/2', 'plant.k:=1..3/2'], 'varied already'),
@@ -83,6 +88,12 @@ def test_what_is_refused(texts, words):
         read(texts)
     assert '\n' not in str(caught.value)
     assert len(str(caught.value)) <= 300
+
+
+def test_a_grid_of_too_many_sets_is_refused():
+    axes = read([f'plant.{name}:=0..1/10000' for name in ('k', 'tau')])[0]
+    with pytest.raises(EventregError, match=r'at most 10000000 sets, got 1e\+08'):
+        design_of(axes)
 
 
 def test_a_grid_runs_through_the_last_axis_first():
@@ -109,6 +120,7 @@ def test_any_stretch_of_a_sample_is_that_of_the_whole(sampling):
     [
         ('0..1', None, 'grid', r'--sets N, or write plant.k:=A..B/N'),
         ('0..1', 100, 'sobol', 'a power of 2'),
+        ('0..1', 2 * 10**7, 'random', r'at most 10000000 sets, got 2e\+07'),
     ],
 )
 def test_designs_that_are_refused(spec, sets, sampling, words):

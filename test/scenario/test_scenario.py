@@ -439,6 +439,7 @@ def test_overrides_do_not_outlive_their_scenario():
         ('/**.kk:=2', "/**.kk: no node has the parameter 'kk'; did you mean 'k'?"),
         ('/**.hold:=cubic', "hold must be one of zero, linear, got 'cubic'"),
         ('spike_monitor.reset:=3', 'spike_monitor.reset must be < threshold (1), got 3'),
+        ('plant.k:=\udc80', 'it is not valid UTF-8'),  # a byte of the command line
     ],
 )
 def test_bad_overrides_are_one_line(override, words):
