@@ -22,10 +22,6 @@ CUT = ' [...] '
 class EventregError(Exception):
     """Bad input. The message is one line and ends with the remedy; commands exit with 2."""
 
-    def __str__(self) -> str:
-        """Return the message, of at most :data:`LONGEST` characters."""
-        return one_line(super().__str__())
-
 
 class ParameterError(EventregError, ValueError):
     """A parameter has the wrong type or breaks its rule."""
