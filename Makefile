@@ -6,7 +6,10 @@ BIN = $(VENV)/bin
 # Nothing here leaves the loopback.
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 
-.PHONY: demo test lint bench fuzz soak docs links figures picture clean
+# Test processes: one more than there are cores, since the one with the ROS nodes mostly waits.
+WORKERS ?= $(shell expr $$(nproc || echo 2) + 1)
+
+.PHONY: demo test quick lint bench fuzz soak docs links figures picture clean
 
 demo: $(VENV)/ros
 	@echo 'The closed loop of the paper as ROS nodes: 40 s in real time, then the verdict.'
@@ -15,7 +18,11 @@ demo: $(VENV)/ros
 	echo 'Open build/demo.html to see it.'; exit $$code
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
+
+# What to run between two edits: half a minute.
+quick: lint
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup -m 'not ros and not slow'
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

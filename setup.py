@@ -25,6 +25,7 @@ TEST = [
     *FRAMES,
     'argcomplete>=2.0',
     'pytest>=7.4',
+    'pytest-xdist>=3.6',
     'hypothesis>=6.98',
     'ruff==0.17.6',
     'mypy==2.4.1',

@@ -23,6 +23,9 @@ for number, handler in (
     if signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, handler)
 
+ROS = ('nodes', 'session')
+"""Directories whose tests all need ROS 2; elsewhere the mark stands at the test."""
+
 SCENARIO = """\
 exosystem:
   ros__parameters: {}
@@ -31,6 +34,21 @@ plant:
 controller:
   ros__parameters: {}
 """
+
+
+def pytest_collection_modifyitems(items):
+    """Keep what runs in real time in one process, so that it does not disturb itself."""
+    for item in items:
+        if item.path.parent.name in ROS and item.path.parent.parent == ROOT / 'test':
+            item.add_marker(pytest.mark.ros)
+        if item.get_closest_marker('ros') is not None:
+            item.add_marker(pytest.mark.xdist_group('ros'))
+
+
+def pytest_runtest_setup(item):
+    """In a process of pytest-xdist, let what needs no punctuality step aside."""
+    if 'PYTEST_XDIST_WORKER' in os.environ and item.get_closest_marker('ros') is None:
+        os.nice(max(0, 5 - os.nice(0)))
 
 
 def pulses(times, t):

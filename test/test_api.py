@@ -23,6 +23,7 @@ def exact():
     return simulate('exact', 200.0)
 
 
+@pytest.mark.slow
 def test_importing_the_package_does_not_import_the_library(python):
     code = (
         'import sys, eventreg_ros; before = set(sys.modules); eventreg_ros.load;'
@@ -124,6 +125,7 @@ def test_the_stimulus_goes_by_the_name_that_the_scenario_gives_it():
     assert np.abs(run['y_r']).max() == 0.0  # nobody publishes v any more
 
 
+@pytest.mark.slow
 def test_certificates_are_those_of_certify():
     assert certificates('linear') == certify(load('linear').loop)
 
@@ -152,6 +154,7 @@ def test_impairments_belong_to_a_sampled_simulation():
         simulate('exact', 10.0, delay=0.6)
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_docstrings_run():
     import doctest
 

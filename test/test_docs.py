@@ -187,6 +187,7 @@ def test_the_pictures_of_the_gallery_are_small():
     assert sum(pictures.values()) < 1_600_000
 
 
+@pytest.mark.slow
 def test_the_example_runs(python):
     result = python(DOCS / 'example.py')
     assert result.stderr == ''
@@ -215,6 +216,7 @@ def test_every_scenario_that_is_written_out_is_one(text):
 PYTHON = [name for name, text in TEXTS.items() if blocks(text, 'python')]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('page', PYTHON)
 def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -235,6 +237,7 @@ def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
         pytest.skip(f'not installed: {", ".join(missing)}')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('notebook', 'found'),
     [
@@ -287,6 +290,7 @@ def test_the_reference_names_every_parameter_with_its_rule(reference):
         assert all(len(cell) == 6 and all(cell) for cell in cells)
 
 
+@pytest.mark.slow
 def test_the_reference_shows_every_command_model_and_scenario(reference):
     commands, models, scenarios = reference.commands(), reference.models(), reference.scenarios()
     assert all(f'## eventreg {verb}\n' in commands for verb in VERBS)
@@ -330,6 +334,7 @@ JSON_OF = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('verb', JSON_OF)
 def test_the_page_on_json_names_every_key(verb, tmp_path, make_bag):
     what = JSON_OF[verb] or [str(make_bag(w=[110, 140, 170, 200], y=[], u=[]))]

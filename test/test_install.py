@@ -14,6 +14,9 @@ from eventreg_ros.scenario.names import KINDS as NODES
 
 ROOT = Path(__file__).resolve().parent.parent
 EXECUTABLES = {*NODES, 'eventreg'}
+# What is built is built once.
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group('install')]
+
 LAYOUTS = ('', '--merge-install', '--symlink-install')
 
 

@@ -198,6 +198,7 @@ def test_the_arrows_themselves(name, own, verdict):
     assert allowed(name, name.partition('.')[0], own) is verdict
 
 
+@pytest.mark.slow
 def test_heavy_packages_are_imported_where_they_are_used():
     found = {
         (name, full)

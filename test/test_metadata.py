@@ -131,6 +131,7 @@ def test_every_dependency_has_a_lower_bound_and_rosbags_an_upper_one(setup):
     assert '<' in everywhere['rosbags']
 
 
+@pytest.mark.slow
 def test_what_the_tests_import_is_declared(manifest, setup):
     needed = imported('test') - set(PYPI_AND_ROSDEP) - set(EXTRAS)
     ros = {d.name for d in manifest.exec_depends}

@@ -55,6 +55,7 @@ def first_detector(times, values, threshold, reset):
     return found
 
 
+@pytest.mark.slow
 @hypothesis.settings(max_examples=600, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS, TIME, TIME)
 def test_offline_is_live_to_the_last_bit(signal, limits, refractory, min_width):
@@ -62,6 +63,7 @@ def test_offline_is_live_to_the_last_bit(signal, limits, refractory, min_width):
     assert found == live(*signal, *limits, refractory, min_width)
 
 
+@pytest.mark.slow
 @hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS)
 def test_the_longest_rise_is_the_widest(signal, limits):
@@ -78,6 +80,7 @@ def test_without_width_and_dead_time_nothing_is_new(signal, limits):
     assert detect(*signal, *limits) == live(*signal, *limits) == expected
 
 
+@pytest.mark.slow
 @hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS, TIME, TIME)
 def test_what_the_limits_promise(signal, limits, refractory, min_width):

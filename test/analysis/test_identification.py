@@ -70,12 +70,14 @@ def noisy(x, sd):
     return x + sd * np.random.default_rng(0).standard_normal(len(x))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('sd', 'limit'), [(0.0, 1e-7), (0.01, 2e-5), (0.05, 2e-4)])
 def test_tau_from_w(many, sd, limit):
     taus, free, _ = many
     assert median_error(taus, [identify_generator(t, noisy(w, sd)) for t, w, _, _ in free]) < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('sd', 'limit'), [(0.0, 1e-7), (0.05, 2e-4)])
 @pytest.mark.parametrize('plant', [PLANT, None])
 def test_tau_through_a_plant(many, sd, limit, plant):
@@ -85,6 +87,7 @@ def test_tau_through_a_plant(many, sd, limit, plant):
     assert median_error(taus[some], found) < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('sd', 'limit'), [(0.0, 1e-7), (0.05, 1e-4)])
 def test_tau_from_a_running_loop(many, sd, limit):
     taus, _, closed = many
@@ -105,6 +108,7 @@ def orbits(taus, x, h, steps):
     return np.array(rows)
 
 
+@pytest.mark.slow
 def test_the_intervals_hold_the_truth_as_often_as_they_say():
     random = np.random.default_rng(11)
     taus = np.exp(random.uniform(np.log(1 / 9), np.log(1 / 6), 200))
@@ -125,6 +129,7 @@ def test_without_noise_the_interval_is_that_of_the_integration():
     assert 1e-9 < found.tau_sd * 12 < 1e-6
 
 
+@pytest.mark.slow
 def test_k_cannot_be_known_in_antiphase():
     for sd in (0.0, 0.05):
         t, w, _, _ = record(1 / 12, k=1.3)
@@ -134,6 +139,7 @@ def test_k_cannot_be_known_in_antiphase():
         assert 'antiphase' in found.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('way', ['w', 'y'])
 def test_k_is_known_where_the_generator_starts_out_of_antiphase(way):
     t, w, y, _ = record(1 / 12, FROM_ANYWHERE, k=1.3)
@@ -147,6 +153,7 @@ def test_k_is_known_where_the_generator_starts_out_of_antiphase(way):
     assert 'out of antiphase' in found.reason
 
 
+@pytest.mark.slow
 def test_k_in_much_noise_is_not_identifiable():
     t, w, _, _ = record(1 / 12, FROM_ANYWHERE, k=1.3)
     found = identify_generator(t, w + 0.5 * np.random.default_rng(2).standard_normal(len(w)))
@@ -174,6 +181,7 @@ def sampled(t, x, how):
     return t + 1.7e9, x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'how', ['every 2', 'irregular', 'gaps', 'not finite', 'jitter', 'from far']
 )
@@ -194,6 +202,7 @@ def test_of_a_running_loop_only_the_longest_part_without_a_gap_is_taken():
     assert found.duration == pytest.approx(159.95)
 
 
+@pytest.mark.slow
 def test_what_is_too_long_is_cut():
     t, w, _, _ = record(1 / 12, length=1100.0)
     assert identify_generator(t, w).duration == pytest.approx(1000.0)
@@ -203,6 +212,7 @@ def test_what_is_too_long_is_cut():
     assert found.duration == pytest.approx(200.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_sensor_with_gain_and_offset():
     t, w, y, _ = record(1 / 12)
     noise = 0.01 * np.random.default_rng(1).standard_normal(len(w))
@@ -217,12 +227,14 @@ def test_a_sensor_with_gain_and_offset():
         identify_from_plant(t, y, 0.0 * y, affine=True)
 
 
+@pytest.mark.slow
 def test_upside_down_the_tau_is_the_same():
     t, w, y, _ = record(1 / 12)
     assert identify_generator(t, -w).tau == pytest.approx(1 / 12, rel=1e-7)
     assert identify_from_plant(t, -y).tau == pytest.approx(1 / 12, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_another_plant():
     t, _, y, _ = record(1 / 12, plant=(0.6, 1 / 7))
     assert identify_from_plant(t, y, plant=Plant(0.6, 1 / 7)).tau == pytest.approx(1 / 12, rel=1e-7)
@@ -246,6 +258,7 @@ T = np.arange(0.0, 400.0, 0.1)
 NOISE = np.random.default_rng(4).standard_normal(len(T))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('x', 'reason'),
     [
@@ -310,6 +323,7 @@ def plant_under(t, w):
     return x.y[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('way', ['w', 'y'])
 def test_two_generators_in_one_signal(way):
     t, one, _, _ = record(1 / 12, length=300.0)
@@ -326,6 +340,7 @@ def test_two_generators_in_one_signal(way):
         assert not each.identifiable.k
 
 
+@pytest.mark.slow
 def test_generators_that_are_not_separable():
     t, one, _, _ = record(1 / 12, length=300.0)
     _, same, _, _ = record(1 / 12, OTHER, length=300.0)
@@ -337,6 +352,7 @@ def test_generators_that_are_not_separable():
         identify_generators(t, one, 1)
 
 
+@pytest.mark.slow
 def test_compiled_and_plain_agree(monkeypatch):
     t, w, _, _ = record(1 / 12, FROM_ANYWHERE)
     monkeypatch.setattr(integration, 'compiles', lambda: False)

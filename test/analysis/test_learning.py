@@ -35,6 +35,7 @@ def codes(run):
     return [finding.code for finding in run.report.evidence.warnings]
 
 
+@pytest.mark.slow
 def test_it_names_the_generator_that_each_controller_came_to(unknown):
     first, second = unknown.report.learned
     assert (first.signal, first.generator, first.value) == ('u/tau', 'exosystem', 1 / 12)
@@ -57,6 +58,7 @@ def test_it_is_in_the_json_and_in_the_table(unknown):
     assert 'learned' not in as_json(simulate('exact', 150.0).report)
 
 
+@pytest.mark.slow
 def test_two_that_follow_the_same_generator_are_reported(twins):
     assert twins.verdict == 'not rejected'
     assert codes(twins) == ['same-generator']
@@ -74,6 +76,7 @@ def test_without_events_of_y_they_may_agree():
     assert learning.findings([], apart, spurious=1) == []
 
 
+@pytest.mark.slow
 def test_a_gain_that_need_not_converge_and_no_generator_are_warnings():
     large = simulate(load('exact', 'controller.adapt:=0.09'), 150.0)
     assert codes(large) == ['large-gain']

@@ -108,6 +108,7 @@ def test_undecided_is_worse_than_rejected_and_better_than_not_rejected(two_plant
     assert report.reason == 'y_right: nothing disturbs y_right: there is no w; add an exosystem'
 
 
+@pytest.mark.slow
 def test_events_of_several_generators_count_together_and_their_sums_are_compared():
     run = simulate(parse(BANK, 'bank'), 900.0, sampled=True)
     report = run.report
@@ -121,6 +122,7 @@ def test_events_of_several_generators_count_together_and_their_sums_are_compared
     assert report.residual.max_abs == np.abs(run['y'][late]).max()
 
 
+@pytest.mark.slow
 def test_the_command_lasts_until_a_late_settler_is_judged(tmp_path, capsys):
     (tmp_path / 'bank.yaml').write_text(BANK)
     out = tmp_path / 'bank.json'

@@ -49,6 +49,7 @@ def test_the_limits_of_the_detector_are_used(loop_signals):
     assert train_report(signals, Criteria(min_width=1.3)).trains['y'].count == 0
 
 
+@pytest.mark.slow
 def test_the_papers_loop_locks_to_the_disturbance_and_settles():
     run = simulate('exact', 400.0)
     found = train_report({name: (run.fine.t, x) for name, x in run.fine.signals.items()})

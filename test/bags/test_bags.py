@@ -226,6 +226,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('storage', STORAGES)
 def test_a_killed_writer_leaves_all_that_it_flushed(tmp_path, python, storage):
     result = python('-c', KILLED, str(tmp_path / 'bag'), storage)
@@ -241,6 +242,7 @@ def test_a_killed_writer_leaves_all_that_it_flushed(tmp_path, python, storage):
         assert np.array_equal(stamps, 1000 * np.arange(len(stamps)) + (500 if name == 'w' else 0))
 
 
+@pytest.mark.slow
 def test_a_killed_writer_leaves_its_bag_as_it_was(tmp_path, python):
     for storage in STORAGES:
         python('-c', KILLED, str(tmp_path / storage), storage)

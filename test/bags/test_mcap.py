@@ -209,6 +209,7 @@ def _ours(tmp_path):
     return tmp_path / 'bag'
 
 
+@pytest.mark.slow
 def test_another_reader_reads_ours_by_its_index(ours):
     from rosbags.highlevel import AnyReader
 
@@ -246,6 +247,7 @@ def test_ours_bears_every_checksum(ours):
     assert data.endswith(MAGIC)
 
 
+@pytest.mark.slow
 def test_no_byte_of_ours_can_change_without_a_word(ours):
     data = (ours / 'bag.mcap').read_bytes()
     path = ours.parent / 'alone.mcap'

@@ -97,6 +97,7 @@ def test_messages_of_one_length_whose_parts_differ(store, joints):
     assert len({len(m) for m in messages}) < 3
 
 
+@pytest.mark.slow
 def test_all_numbers_of_all_types_of_ros(store):
     """Each number of each type that ROS brings, found where rosbags puts it."""
     tried = 0

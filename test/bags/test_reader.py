@@ -519,6 +519,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', ['file', 'chunk'])
 def test_what_unpacks_without_end_takes_little_memory(tmp_path, python, zstd, mcap, kind):
     zeros = zstd(bytes(2**28))

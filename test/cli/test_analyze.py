@@ -50,6 +50,7 @@ def test_the_exit_code_is_the_verdict(make_bag, analyze, storage, w, y, code, ve
     assert 'rate Hz' in output
 
 
+@pytest.mark.slow
 def test_as_a_process(make_bag, eventreg):
     for y, code in (([], 0), ([130], 1)):
         result = eventreg('analyze', make_bag(f'bag_{code}', w=W, y=y, u=U))
@@ -246,6 +247,7 @@ def test_one_robot_of_two_may_be_judged(tmp_path, loop_signals, stamped, analyze
         assert list(json.loads(out.read_text())['signals']) == ['w', 'y']
 
 
+@pytest.mark.slow
 def test_a_verdict_for_ci_and_a_picture(make_bag, analyze, tmp_path):
     xml, picture = tmp_path / 'out.xml', tmp_path / 'out.svg'
     assert analyze(make_bag(w=W, y=[130], u=U), '--junit', xml, '--plot', picture)[0] == 1
@@ -317,6 +319,7 @@ sys.exit(code)
 """
 
 
+@pytest.mark.slow
 def test_it_needs_neither_ros_nor_what_it_does_not_use(make_bag, python):
     result = python('-c', BLOCKED, 'analyze', str(make_bag(w=W, y=[], u=U)))
     assert result.returncode == 0
@@ -325,6 +328,7 @@ def test_it_needs_neither_ros_nor_what_it_does_not_use(make_bag, python):
     assert not loaded & {'rclpy', 'rosbags', 'scipy', 'matplotlib', 'numba'}
 
 
+@pytest.mark.slow
 def test_the_report_needs_no_more_than_that(make_bag, python, tmp_path):
     bag, page = make_bag(w=W, y=[], u=W), tmp_path / 'page.html'
     result = python('-c', BLOCKED, 'analyze', str(bag), '--report', str(page))

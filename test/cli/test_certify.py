@@ -136,6 +136,7 @@ def test_the_tables_cover_every_shipped_scenario():
     assert sorted(THEORY) == sorted(EXPONENTS) == scenario.shipped()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures('no_multipliers')
 @pytest.mark.parametrize('name', THEORY)
 def test_theory(name, tmp_path):
@@ -147,6 +148,7 @@ def test_theory(name, tmp_path):
     assert {key: theory[key] for key in theory if key not in exponents} == THEORY[name]
 
 
+@pytest.mark.slow
 def test_exact_contracts_because_of_w(tmp_path, capsys):
     found = by_claim(certify(tmp_path, 'exact'))
     driven, quiet = found['exponent_driven'], found['exponent_quiet']
@@ -214,6 +216,7 @@ def test_linear_with_k_y_is_beyond_the_condition_of_the_paper(tmp_path):
     assert direct['numbers']['routh_hurwitz'] is True
 
 
+@pytest.mark.slow
 def test_linear_that_diverges_is_said_to(tmp_path):
     found = by_claim(certify(tmp_path, 'linear', '-p', 'controller.gain:=[-1.0, 0.5]'))
     for claim in ('hurwitz', 'francis', 'exponent_driven'):
@@ -232,6 +235,7 @@ def test_another_wiring_has_no_theory_of_the_loop(tmp_path):
     assert 'wiring' not in by_claim(certify(tmp_path, 'exact', *unused))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'words',
     [['exact', '--time', '0'], ['nonsense'], ['exact', '-p', 'plant.k:=-1'],
@@ -258,6 +262,7 @@ def test_a_certificate_prints_as_one_line():
     assert not any('\n' in line for line in found)
 
 
+@pytest.mark.slow
 def test_needs_no_ros():
     code = (
         'import sys; from eventreg_ros.cli.main import main; main(["certify", "quiescent", '

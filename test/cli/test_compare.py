@@ -40,6 +40,7 @@ def test_two_bags(bags, tmp_path, capsys):
     assert printed.out == table(direct) + '\n'
 
 
+@pytest.mark.slow
 def test_a_scenario_is_simulated(bags, tmp_path):
     out = tmp_path / 'out.json'
     assert main(['compare', 'exact', str(bags[1]), '--json', str(out)]) == 0
@@ -50,6 +51,7 @@ def test_a_scenario_is_simulated(bags, tmp_path):
     assert found['signals']['u']['counts'][0] == len(run.events['u'])
 
 
+@pytest.mark.slow
 def test_a_scenario_by_its_file_and_one_run_twice(tmp_path):
     path = tmp_path / 'mine.yaml'
     path.write_text(load('exact', 'controller.k:=3').to_yaml())
@@ -73,6 +75,7 @@ def test_settle_and_window_are_those_of_the_verdict(bags, tmp_path):
     assert compare(*runs, settle=0.0).verdicts == ('rejected', 'not rejected')
 
 
+@pytest.mark.slow
 def test_the_page_needs_no_network_and_trusts_no_name(make_bag, tmp_path):
     make = {'w': W, 'y': [150], 'u': W}
     names = ['a', '<script>alert(1)<', '_$x$_' + 40 * 'long']
@@ -89,6 +92,7 @@ def test_the_page_needs_no_network_and_trusts_no_name(make_bag, tmp_path):
     assert picture.read_text().count('<svg') == 1
 
 
+@pytest.mark.slow
 def test_a_picture_is_the_same_every_time(tmp_path):
     pictures = [tmp_path / 'a.pdf', tmp_path / 'b.pdf']
     for picture in pictures:
@@ -96,6 +100,7 @@ def test_a_picture_is_the_same_every_time(tmp_path):
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [

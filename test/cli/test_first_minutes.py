@@ -55,6 +55,7 @@ def test_new_writes_a_scenario_that_loads(tmp_path, capsys, refused, source):
     assert 'must end in .yaml' in refused('new', tmp_path / 'mine')
 
 
+@pytest.mark.ros
 def test_set_and_switch_reach_the_run_of_this_machine(spawn, tmp_path):
     rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
     assert rclpy

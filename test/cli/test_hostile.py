@@ -65,6 +65,7 @@ def test_a_hostile_parameter_is_refused(write, refused, plant, words):
     assert len(line) <= 301
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('more', [[], ['--sampled']])
 def test_many_inputs_are_no_deep_recursion(eventreg, tmp_path, write, more):
     names = ', '.join(f's{i}' for i in range(256))
@@ -80,6 +81,7 @@ def test_more_steps_than_fit_the_memory_are_refused_with_their_number(refused, m
     assert ' steps, the most for this scenario' in line
 
 
+@pytest.mark.slow
 def test_exponents_that_would_take_for_ever_are_not_measured(eventreg, tmp_path):
     neuron = ['controller.model:=neuron', 'controller.x0:=[0.5,0.0]', 'controller.tau:=1e298']
     arguments = [word for override in neuron for word in ('-p', override)]

@@ -22,6 +22,7 @@ def bag(tmp_path, capsys):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('signal', ['w', 'y'])
 def test_from_a_bag_to_a_scenario_that_rejects(bag, tmp_path, capsys, signal):
     found, made = tmp_path / 'found.json', tmp_path / 'made.yaml'
@@ -46,12 +47,14 @@ def test_from_a_bag_to_a_scenario_that_rejects(bag, tmp_path, capsys, signal):
     assert 'verdict: rejected' in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_scenario_with_overrides_and_k(capsys):
     start = '-p', 'exosystem.x0:=[1.0, 0.5, 0.3, 0.2]', '-p', 'exosystem.k:=1.5'
     assert main(['identify', 'exact', *start]) == 0
     assert '\nk       1.5' in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_two_generators_in_one_signal(tmp_path, capsys):
     found = tmp_path / 'found.json'
     assert main(['identify', 'two_generators', '--generators', '2', '--json', str(found)]) == 0
@@ -61,6 +64,7 @@ def test_two_generators_in_one_signal(tmp_path, capsys):
     assert capsys.readouterr().out.count('\ntau ') == 2
 
 
+@pytest.mark.slow
 def test_what_cannot_be_is_one_line(bag, refused, tmp_path):
     assert 'changes a scenario' in refused('identify', bag, '-p', 'exosystem.tau:=0.1')
     assert 'no sample of u' in refused('identify', bag, '--from-signal', 'u')

@@ -14,6 +14,8 @@ from eventreg_ros.bags.reader import read_bag
 
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install .[ros]')
 
+pytestmark = pytest.mark.ros
+
 BENCH = Path(__file__).resolve().parents[2] / 'bench'
 
 

@@ -149,6 +149,7 @@ def test_without_arguments(eventreg):
     assert 'usage: eventreg' in result.stdout
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error(make_bag):
     bag = make_bag(w=[110, 150, 190], y=[], u=[])
     read, write = os.pipe()
@@ -164,6 +165,7 @@ def test_a_reader_that_goes_away_is_no_error(make_bag):
     assert result.returncode == 128 + signal.SIGPIPE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('closed', ['>&-', '2>&-', '<&- >&- 2>&-'])
 def test_a_closed_stream_changes_nothing(tmp_path, closed):
     """What is written must not land in a file that got the number of the stream."""
@@ -176,6 +178,7 @@ def test_a_closed_stream_changes_nothing(tmp_path, closed):
     assert json.loads(out.read_text())['verdict'] == 'undecided'
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists('/dev/full'), reason='no /dev/full')
 def test_a_full_disk_under_the_output_is_one_line():
     with open('/dev/full', 'w') as full:

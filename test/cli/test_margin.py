@@ -45,6 +45,7 @@ def test_the_table_and_the_json_say_the_same(tmp_path, capsys):
     assert f'({zero["milliseconds"]:g} ms)' in rows['delay']
 
 
+@pytest.mark.slow
 def test_runs_and_their_pictures_are_the_same_twice(tmp_path, capsys):
     found = []
     for name in ('a', 'b'):
@@ -63,6 +64,7 @@ def test_runs_and_their_pictures_are_the_same_twice(tmp_path, capsys):
         assert share[0][0] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', ['png', 'pdf'])
 def test_the_suffix_is_the_format(tmp_path, kind, monkeypatch):
     monkeypatch.setattr('eventreg_ros.simulation.jit.compiles', lambda: False)  # the smaller map
@@ -120,6 +122,7 @@ def test_bad_input_is_one_line_and_2(words, says, refused, tmp_path, monkeypatch
     assert says in refused('margin', *words)
 
 
+@pytest.mark.slow
 def test_it_imports_neither_ros_nor_what_it_does_not_use():
     code = (
         'import sys; from eventreg_ros.cli.main import main; '

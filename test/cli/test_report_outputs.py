@@ -13,6 +13,7 @@ from eventreg_ros.cli.main import main
 W = [110, 150, 190, 230]
 
 
+@pytest.mark.slow
 def test_simulate_and_analyze_write_the_same_of_one_run(tmp_path, capsys):
     places = [tmp_path / name for name in ('r.json', 'r.xml', 'r.html', 'r.png')]
     options = [

@@ -11,6 +11,8 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install .[ros]')
 
+pytestmark = pytest.mark.ros
+
 SHORT = ['--settle', '40', '--duration', '17']
 """Three events of w lie between model times 40 and 170: at 71.7, 109.3 and 146.8 (the truth)."""
 

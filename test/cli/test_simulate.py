@@ -20,6 +20,7 @@ def run(*words):
     return main(['simulate', *map(str, words)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'code', 'verdict'),
     [
@@ -130,6 +131,7 @@ def test_overrides_and_renamed_signals(tmp_path):
         assert found['stim'].max() == 1.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('words', 'says'),
     [
@@ -155,6 +157,7 @@ def test_bad_input_is_one_line_and_2(words, says, refused):
     assert says in refused('simulate', *words)
 
 
+@pytest.mark.slow
 def test_a_short_run_imports_neither_numba_nor_ros():
     code = (
         'import sys; from eventreg_ros.cli.main import main; '

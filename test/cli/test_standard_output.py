@@ -30,6 +30,7 @@ def bag(make_bag):
     return make_bag(w=W, y=[], u=W)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('option', 'read'),
     [
@@ -64,6 +65,7 @@ def test_the_same_for_verbs_without_a_verdict(split, bag):
     assert 'verdict' in err
 
 
+@pytest.mark.slow
 def test_as_a_process_with_any_output(eventreg, bag, tmp_path):
     result = eventreg('analyze', bag, '--json', '-')
     assert json.loads(result.stdout)['verdict'] == 'rejected'

@@ -11,6 +11,7 @@ QUICK = ('-p', '/**.rate:=50', '--duration', '250', '--settle', '60')
 GRID = ('-p', 'controller.k:=0.5..2/6', '-p', 'controller.tau:=0.05..0.1/5log')
 
 
+@pytest.mark.slow
 def test_a_grid(tmp_path, capsys):
     files = [tmp_path / name for name in ('f.json', 'f.svg', 'f.html')]
     code = main(
@@ -32,6 +33,7 @@ def test_a_grid(tmp_path, capsys):
     assert '0.5..2/6' in page
 
 
+@pytest.mark.slow
 def test_random_sets_have_a_yield_and_a_worst_scenario(tmp_path, capsys):
     out = tmp_path / 'a.csv'
     ranges = ('-p', 'controller.k:=0.7~20%', '-p', 'links.delay:=0..0.4')
@@ -47,6 +49,7 @@ def test_random_sets_have_a_yield_and_a_worst_scenario(tmp_path, capsys):
     assert main(['simulate', *again]) in (0, 1)
 
 
+@pytest.mark.slow
 def test_a_border(tmp_path, capsys):
     out, file = tmp_path / 'b', tmp_path / 'f.json'
     ranges = ('-p', 'exosystem.tau:=0.04..0.2/40', '-p', 'controller.k:=0.5..2/40')
@@ -63,6 +66,7 @@ def test_a_border(tmp_path, capsys):
     assert f'{found["runs"]} runs' in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_worst_set(tmp_path, capsys):
     ranges = ('-p', 'controller.k:=0.7..3', '-p', 'exosystem.tau:=0.07..0.1')
     file, plot = tmp_path / 'f.json', tmp_path / 'f.svg'

@@ -46,6 +46,7 @@ def integrated(steps, h, *constants):
     return np.array(found)[:, [9, 8]].T
 
 
+@pytest.mark.slow
 def test_the_loop_is_that_of_equations_written_out_again():
     run = simulate(load('exact', *SLOW), 60.0)
     y, tau = integrated(12000, 0.005, 2.0, 0.05, 1.0, 1.0, 1 / 11, 0.04)
@@ -100,6 +101,7 @@ def test_the_jacobian_is_the_derivative():
         np.testing.assert_allclose(found, np.transpose(expected), rtol=0.0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_it_stays_within_its_bounds_and_comes_back():
     model = adaptive(OSCILLATOR)
     p = (1.0, 0.0, 0.5, 0.05, 0.2)

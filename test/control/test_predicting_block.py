@@ -60,6 +60,7 @@ def by_hand(loop, steps, impairment):
     return sent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'impairment',
     [

@@ -104,6 +104,7 @@ def whole_loop(steps, exosystem, controller, v=None):
     return np.array(list(y.values())), np.array(u), controller.z[6]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('delay', [0.0, 2.0])
 def test_the_loop_is_that_of_equations_written_out_again(delay):
     d = round(delay / H)
@@ -115,6 +116,7 @@ def test_the_loop_is_that_of_equations_written_out_again(delay):
     assert found['u/tau'][-1] == pytest.approx(tau, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_the_replica_hears_v_and_its_plant_may_be_another():
     found = late('open', 0.5, 100.0, 'controller.plant_k:=1.2', 'controller.plant_tau:=0.08')
     v = dict(enumerate(found['v']))
@@ -128,6 +130,7 @@ def test_the_replica_hears_v_and_its_plant_may_be_another():
 # What it is there for: the figures of the table in docs/late.md, a part of them.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('delay', [0.5, 8.0])
 def test_exact_vanishes_at_any_delay(delay):
     run = late('exact', delay, 400.0)
@@ -135,6 +138,7 @@ def test_exact_vanishes_at_any_delay(delay):
     assert np.abs(run['y'][run.t >= 300.0]).max() < 0.005
 
 
+@pytest.mark.slow
 def test_a_wrong_model_bears_0_80_and_not_0_85():
     assert late('mismatch', 0.80, 400.0).verdict == 'rejected'
     assert late('mismatch', 0.85, 400.0).verdict == 'not rejected'
@@ -146,6 +150,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('case', CASES)
 def test_learning_makes_up_for_a_wrong_model_at_2(case):
     names = ('exosystem.k', 'exosystem.tau', 'controller.k', 'controller.tau')
@@ -157,6 +162,7 @@ def test_learning_makes_up_for_a_wrong_model_at_2(case):
     assert learned['u/tau'][-1] == pytest.approx(CASES[case][1], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_events_that_v_asks_for_stay_without_a_reference_node():
     truth = late('open', 2.0, 600.0, 'controller.adapt:=0.04', *TRUE_PLANT)
     report = judged(truth, settle=300.0)
@@ -165,6 +171,7 @@ def test_events_that_v_asks_for_stay_without_a_reference_node():
     assert np.abs(truth['y'] - truth['y_r'])[truth.t > 300.0].max() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('case', 'limit'),
     [

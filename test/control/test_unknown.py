@@ -23,6 +23,7 @@ def outcome(run, settle, late):
     return rejection.spurious + rejection.missed, np.abs(run['y'] - y_r)[run.t >= late].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'overrides', 'links', 'wrong', 'late', 'left', 'rate'),
     [
@@ -58,6 +59,7 @@ def generators(count):
         yield {'exosystem': {'tau': tau, 'k': rng.uniform(0.7, 4.0), 'x0': x0}}
 
 
+@pytest.mark.slow
 def test_random_generators_are_learned_within_eight_periods():
     """At k 0.7, with delay and loss: most of them are too much for the fixed controller."""
     base = load('exact', 'controller.k:=0.7')
@@ -92,6 +94,7 @@ def derivative(s, tau_w, k, gamma):
     return np.concatenate(rows)
 
 
+@pytest.mark.slow
 def test_the_bank_is_that_of_equations_written_out_again():
     run = simulate('unknown', 60.0)
     s = [1, 0, -1, 0, -0.4, 0.6, 0.9, -0.3]
@@ -108,6 +111,7 @@ def test_the_bank_is_that_of_equations_written_out_again():
         s = s + h * (k1 + 2 * k2 + 2 * k3 + k4) / 6
 
 
+@pytest.mark.slow
 def test_a_bank_needs_no_more_than_the_right_taus():
     run = simulate('two_generators', 900.0, sampled=True)
     assert run.verdict == 'rejected'

@@ -16,6 +16,7 @@ def run(installed):
     return installed('own_model')
 
 
+@pytest.mark.slow
 def test_it_is_rejected_and_meets_an_independent_integration(run):
     run('-m', 'eventreg_ros', 'simulate', SCENARIO, '--out', 'run.npz', '--json', 'run.json')
     assert json.loads((run.work / 'run.json').read_text())['verdict'] == 'rejected'
@@ -36,6 +37,7 @@ def test_it_is_rejected_and_meets_an_independent_integration(run):
         np.testing.assert_allclose(data[name][: len(t)], truth[row], rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_compiled_and_plain_agree_to_the_bit(run):
     pytest.importorskip('numba')
     code = f"""
@@ -48,6 +50,7 @@ assert all((plain[s].view('i8') == fast[s].view('i8')).all() for s in plain)
     run('-c', code)
 
 
+@pytest.mark.slow
 def test_its_jacobian_gives_an_exponent_and_its_own_parameters_are_checked(run):
     out = run('-m', 'eventreg_ros', 'certify', SCENARIO, '--time', '100').stdout
     assert 'largest conditional Lyapunov exponent' in out
@@ -56,6 +59,7 @@ def test_its_jacobian_gives_an_exponent_and_its_own_parameters_are_checked(run):
     assert 'controller.mu must be a finite number > 0, got 0' in err
 
 
+@pytest.mark.ros
 def test_in_lockstep_the_nodes_give_the_bits_of_the_simulation(run):
     pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
     seconds, settle = ('--duration', '13'), ('--settle', '20')

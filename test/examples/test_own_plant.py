@@ -8,6 +8,8 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install eventreg_ros[ros]')
 
+pytestmark = pytest.mark.ros
+
 SCENARIO = Path(__file__).resolve().parents[2] / 'examples/own_plant/config/membrane.yaml'
 FAST = ('-p', '/**.time_scale:=20', '-p', '/**.rate:=400')
 

@@ -23,6 +23,8 @@ from rclpy.context import Context
 from eventreg_ros.nodes.composed import make
 from eventreg_ros.nodes.given import as_meant
 
+pytestmark = pytest.mark.ros
+
 VALUES = json.loads(Path(__file__).with_name('values.json').read_text(encoding='utf-8'))['values']
 """What may stand behind a key and its colon: scalars of all kinds, lists, mappings, broken YAML."""
 

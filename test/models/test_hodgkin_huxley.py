@@ -60,6 +60,7 @@ def test_the_rest_is_the_textbooks():
     assert rest(5.0) > v
 
 
+@pytest.mark.slow
 def test_the_loop_is_that_of_equations_written_out_again():
     v0, k, gain = rest(0.0), 0.3, 5.0
 

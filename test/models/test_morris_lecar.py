@@ -111,6 +111,7 @@ def test_compiled_has_the_bits_of_plain():
 @pytest.mark.parametrize(
     'x0', [(10.0, 0.1, -10.0, 0.1), (0.0, 0.2, 5.0, 0.3), (30.0, 0.0, -5.0, 0.4)], ids=str
 )
+@pytest.mark.slow
 def test_its_spikes_are_rejected(k, x0):
     run = simulate(load('morris_lecar', f'/**.k:={k}', f'controller.x0:={list(x0)}'), 1300.0)
     assert run.verdict == 'rejected'

@@ -56,7 +56,7 @@ class Bench:
         )
         return messages
 
-    def until(self, condition, timeout=20.0):
+    def until(self, condition, timeout=60.0):
         """Spin until ``condition()`` holds; fail after ``timeout`` seconds."""
         end = time.monotonic() + timeout
         while not condition():

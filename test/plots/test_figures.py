@@ -20,6 +20,9 @@ from eventreg_ros.plots.figures import FLOOR, Curve, Layout, Panel, draw
 from eventreg_ros.plots.style import LOOKS, METADATA, save
 from eventreg_ros.scenario import load
 
+# What is drawn is drawn once.
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group('figures')]
+
 TRUTH_MISMATCH_MAX_Y = 0.144631593048386
 TRUTH_SINGLE_NEURON_MAX_Y = 1.2093105124682593
 """Largest |y| from t = 240 to 400 in truth/trajectories.json, integrated without this project."""

@@ -6,6 +6,9 @@ from matplotlib.colors import to_hex
 from eventreg_ros.plots.margin_map import KEYS, draw_map
 from eventreg_ros.plots.style import BLACK
 
+# What is drawn is drawn once.
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group('margin_map')]
+
 DELAYS, LOSSES = 0.1 * np.arange(4), 0.25 * np.arange(3)
 SHARE = np.array([[1.0, 1.0, 0.5, 0.0], [1.0, 0.2, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
 

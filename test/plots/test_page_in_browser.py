@@ -23,7 +23,11 @@ SPEC = importlib.util.spec_from_file_location('browser', Path(__file__).with_nam
 browser_module = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(browser_module)
 
-pytestmark = pytest.mark.skipif(browser_module.program() is None, reason='needs a Chromium')
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.xdist_group('browser'),  # one Chromium for all
+    pytest.mark.skipif(browser_module.program() is None, reason='needs a Chromium'),
+]
 
 HOSTILE = (
     '--></svg></style></title><script>window.broken = 1</script>'

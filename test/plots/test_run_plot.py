@@ -10,6 +10,9 @@ from eventreg_ros import simulate
 from eventreg_ros.analysis.signal import Signal
 from eventreg_ros.plots.run_plot import Shade, draw_run
 
+# What is drawn is drawn once.
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group('run_plot')]
+
 
 @pytest.fixture(scope='module')
 def run():

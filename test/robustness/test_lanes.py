@@ -64,6 +64,7 @@ def assert_same(lanes, alone):
         assert a.tobytes() == b.row.tobytes(), f'{a} in lanes, {b.row} alone'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'impaired'),
     [('exact', False), ('mismatch', True), ('open', True), ('uncontrolled', False), ('linear', 0)],

@@ -64,6 +64,7 @@ def spectral_radius(d, h):
     return abs(np.linalg.eigvals(a)).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('h', [0.02, 0.01])
 def test_the_delay_margin_of_the_linear_motif_is_that_of_theory(h):
     found = limit(trial('linear', 'zero', h, LONG), 'delay')
@@ -74,6 +75,7 @@ def test_the_delay_margin_of_the_linear_motif_is_that_of_theory(h):
     assert radius[0] < 1.0 < radius[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('signal', ['y', 'u'])
 def test_a_delay_of_one_signal_of_the_loop_may_be_twice_as_long(signal):
     # The characteristic equation has e^(-s tau) then, for only one of y and u is late.
@@ -90,6 +92,7 @@ def test_a_delay_outside_the_loop_is_borne_without_end():
     assert found.fails_at is None
 
 
+@pytest.mark.slow
 def test_bisection_finds_what_trying_every_delay_finds():
     # k_y and the gain move the edge, so that it is not always at the same place of the scan
     for overrides in ([], ['controller.gain:=[0.5, 0.0]'], ['controller.k_y:=0.2']):
@@ -102,6 +105,7 @@ def test_bisection_finds_what_trying_every_delay_finds():
         assert found.fails_at == pytest.approx(0.05 * first)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'low', 'high'), [('exact', 0.3, 0.45), ('mismatch', 0.2, 0.35)])
 def test_the_delay_margins_are_in_the_brackets(name, low, high):
     setup = scenario.load(name)
@@ -115,6 +119,7 @@ def test_the_delay_margins_are_in_the_brackets(name, low, high):
     assert zero.rejected_again == linear.rejected_again == ()
 
 
+@pytest.mark.slow
 def test_margins_asks_for_each_hold_and_kind_at_its_rate():
     setup, shown = scenario.load('linear'), []
     found = margins(setup, Setting(duration=200.0, seeds=1), lambda *step: shown.append(step))
@@ -178,6 +183,7 @@ def test_the_scan_begins_at_0_and_goes_on_to_its_end(kind, h):
         assert scan[-1] * unit == pytest.approx({'delay': 2.0, 'jitter': 20.0}[kind], abs=h)
 
 
+@pytest.mark.slow
 def test_every_seed_must_be_rejected():
     tested = trial('exact', 'linear', 0.05, Setting(seeds=6))
     verdicts = [tested.verdict(Impairment(loss=0.85, seed=seed)) == 'rejected' for seed in range(6)]
@@ -199,6 +205,7 @@ def test_a_scenario_that_is_not_rejected_has_no_margin():
     assert {(x.largest, x.fails_at, x.rejected_again) for x in found} == {(None, 0.0, ())}
 
 
+@pytest.mark.slow
 def test_a_loop_that_goes_out_of_all_bounds_is_not_rejected():
     wild = trial('linear', 'zero', 0.05, Setting(duration=1500.0), 'controller.gain:=[-5, 0]')
     assert wild.verdict() == 'not rejected'
@@ -218,6 +225,7 @@ def test_what_has_no_verdict_is_an_error(name, setting, says):
         margins(scenario.load(name), setting)
 
 
+@pytest.mark.slow
 def test_the_map_agrees_with_single_trials():
     setup = scenario.load('linear', ['/**.rate:=100'])
     setting = Setting(duration=200.0, seeds=2)

@@ -38,6 +38,7 @@ def stop_after(pieces):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('suffix', ['.csv', ''])
 def test_interrupted_sweeps_end_in_the_same_bytes(tmp_path, suffix):
     if not suffix:
@@ -60,6 +61,7 @@ def test_interrupted_sweeps_end_in_the_same_bytes(tmp_path, suffix):
     assert not (pieces / 'parts').exists()
 
 
+@pytest.mark.slow
 def test_a_killed_command_goes_on(tmp_path, spawn, eventreg):
     command = [
         'sweep',

@@ -16,6 +16,7 @@ from eventreg_ros.robustness.yields import indices, worst_of, yield_of
 RATE = '/**.rate:=50'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('k', 'n'), [(0, 10), (3, 10), (95, 100), (1000, 1000)])
 def test_the_interval_is_wilsons(k, n):
     z, p = 1.959963984540054, k / n

@@ -47,6 +47,7 @@ def test_nothing_leaves_before_it_is_due():
     assert wire.next_due is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('p', [0.0, 0.01, 0.2, 0.9, 1.0])
 def test_losses_and_duplicates_come_as_often_as_they_should(p):
     wire, gone = leave(Impairment(loss=p))
@@ -77,6 +78,7 @@ def test_jitter_is_uniform_above_the_delay():
     assert distance < 2.7 / math.sqrt(20_000)
 
 
+@pytest.mark.slow
 def test_the_order_is_what_was_asked_for():
     jittered = Impairment(delay=0.01, jitter=0.02)
     leaving = {order: leave(replace(jittered, order=order), seed=3) for order in ORDERS}
@@ -95,6 +97,7 @@ def test_the_order_is_what_was_asked_for():
     assert fifo.tolist() == np.maximum.accumulate([due[n] for n in range(20_000)]).tolist()
 
 
+@pytest.mark.slow
 def test_the_seed_decides_and_the_same_samples_are_lost_with_another_delay():
     harsh = Impairment(delay=0.01, jitter=0.02, loss=0.2, duplicate=0.1, order='any')
     assert leave(harsh, seed=4)[1] == leave(harsh, seed=4)[1]

@@ -51,6 +51,7 @@ def by_hand(generators, t):
     return solve_ivp(rhs, (0, t[-1]), start, 'DOP853', t, rtol=1e-12, atol=1e-13).y
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('generators', [2, 3])
 def test_a_bank_meets_an_independent_integration(generators):
     found = simulate(bank(generators).loop, 200.0)
@@ -62,6 +63,7 @@ def test_a_bank_meets_an_independent_integration(generators):
         np.testing.assert_allclose(found.signals[f'u{suffix}'], u, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_each_controller_finds_its_generator_and_y_vanishes():
     found = simulate(bank(2).loop, 1500.0)
     late = found.t >= 1490.0
@@ -71,6 +73,7 @@ def test_each_controller_finds_its_generator_and_y_vanishes():
         assert np.abs(difference[late]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_generator_without_a_controller_stays():
     found = simulate(bank(2, 1).loop, 1500.0)
     assert np.abs(found.signals['y'][found.t >= 1400.0]).max() > 1.0

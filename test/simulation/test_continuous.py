@@ -21,6 +21,7 @@ TRUTH = json.loads(Path(__file__).with_name('truth.json').read_text())
 H = 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', [name for name in TRUTH if name != 'source'])
 def test_meets_the_truth(name):
     truth, setup = TRUTH[name], scenario.load(name)

@@ -130,6 +130,7 @@ def test_exact_still_vanishes(hold):
     assert np.abs(found.signals['y'][found.t >= 399.0]).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'low', 'high'), [('exact', 0.3, 0.45), ('mismatch', 0.2, 0.35)])
 def test_the_verdict_flips_with_the_delay(name, low, high):
     loop = SampledLoop(at_step(load(name, 'zero'), 0.01))

@@ -79,6 +79,7 @@ def test_the_continuous_system_is_the_limit_of_the_samples():
     assert (orders > 0.8).all()
 
 
+@pytest.mark.slow
 def test_while_it_is_off_u_is_0_and_y_spikes():
     run = simulate('exact', 400.0, at=['150:controller:deactivate', '280:controller:activate'])
     off = (run.t >= 150.0) & (run.t < 280.0)

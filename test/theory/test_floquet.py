@@ -14,6 +14,7 @@ from eventreg_ros.theory.floquet import AperiodicError, floquet
 from eventreg_ros.theory.lyapunov import NoJacobianError
 
 
+@pytest.mark.slow
 def test_of_the_linear_motif_they_are_those_of_its_matrix():
     loop = load('linear').loop
     k_y, k_1, k_2 = loop.blocks['controller'].params
@@ -41,6 +42,7 @@ def after(s, time, **more):
     return solve_ivp(slope, (0.0, time), s, 'DOP853', rtol=1e-12, atol=1e-13, **more)
 
 
+@pytest.mark.slow
 def test_exact_contracts_at_the_rate_of_differences_of_trajectories():
     """One period of the flow from 12 neighbours of the periodic solution, u = w and y = 0 there."""
 
@@ -62,6 +64,7 @@ def test_exact_contracts_at_the_rate_of_differences_of_trajectories():
     assert found.rate == pytest.approx(-0.1023, abs=1e-4), 'the averaged exponent of docs/theory.md'
 
 
+@pytest.mark.slow
 def test_an_adaptive_loop_learns_at_the_rate_that_averaging_predicts():
     loop = load('exact', 'controller.k:=8', 'controller.adapt:=0.01').loop
     assert -floquet(loop).rate == pytest.approx(learning_rate(1 / 12, 0.01), rel=0.01)
@@ -88,6 +91,7 @@ def test_what_teaches_is_positive_and_that_of_a_filter_in_time():
     assert all(teaching(each) > 0.0 for each in (0.04, 0.2, 0.9))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('overrides', 'words'),
     [

@@ -42,6 +42,7 @@ def test_tangent_is_the_derivative_of_the_loop(name, moved):
     np.testing.assert_allclose(slope[len(x) :], np.subtract(*expected) / 2e-5, rtol=1e-7, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('gain', ['[1.0, 0.0]', '[0.5, -0.3]', '[3.0, 0.9]'])
 def test_linear_loop_has_its_eigenvalue(gain):
     found = scenario.load('linear', [f'controller.gain:={gain}'])
@@ -49,6 +50,7 @@ def test_linear_loop_has_its_eigenvalue(gain):
     assert conditional_exponent(found.loop, 200.0).value == pytest.approx(expected, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_linear_loop_that_is_unstable():
     found = scenario.load('linear', ['controller.gain:=[-1.0, 0.5]'])
     with pytest.raises(UnboundedError, match=r'before t = 1\d\d '):
@@ -74,6 +76,7 @@ def test_driven_scalar():
     assert found.sign == -1
 
 
+@pytest.mark.slow
 def test_fast_decay_is_not_lost_in_the_tolerance():
     """Within 5 units dx would fall to e^-200; the slower direction still shows."""
 
@@ -99,6 +102,7 @@ class Watched:
         return [10.0 * i for i in range(1, int(end) // 10 + 1)]
 
 
+@pytest.mark.slow
 def test_the_stimulus_is_asked_on_one_side_of_a_jump_only():
     v = Watched()
     conditional_exponent(Loop({'plant': scenario.load('open').blocks['plant']}, {'v': v}), 40.0)
@@ -108,6 +112,7 @@ def test_the_stimulus_is_asked_on_one_side_of_a_jump_only():
     assert pieces == sorted(pieces), 'an integrator that steps over a jump comes back to it'
 
 
+@pytest.mark.slow
 def test_lorenz():
     """0.9056, as in the literature (Sprott, Chaos and Time-Series Analysis, 2003)."""
 
@@ -135,6 +140,7 @@ def test_limit_cycle_has_exponent_0():
     assert found.sign == 0
 
 
+@pytest.mark.slow
 def test_exact_contracts_with_w_as_two_trajectories_do():
     """The distance of two solutions of the paper's equations, written out here, falls as fast."""
 
@@ -161,6 +167,7 @@ def test_exact_contracts_with_w_as_two_trajectories_do():
     assert found.sign == -1
 
 
+@pytest.mark.slow
 def test_exact_does_not_contract_without_w():
     found = conditional_exponent(without_w(scenario.load('exact')), 200.0)
     assert abs(found.value) < 1e-3

@@ -130,6 +130,7 @@ def closed_loop_y(controller, plant=(1.0, 1 / 11), exosystem=(2.0, 1 / 12), end=
     return np.abs(solve_ivp(rhs, (0.0, end), x0, 'LSODA', t, rtol=1e-9, atol=1e-11).y[4]).max()
 
 
+@pytest.mark.slow
 def test_a_controller_with_another_k_and_the_same_tau_still_regulates_exactly():
     """What ``embeds`` adds to the paper, seen in the closed loop."""
     assert closed_loop_y((3.0, 1 / 12)) < 1e-7
