@@ -22,12 +22,21 @@ MEANING = 'largest relative difference of k and tau from the copy, or from the n
 def bank(controllers: Sequence[BlockSpec], exosystems: Sequence[BlockSpec]) -> list[Certificate]:
     """Return one certificate per generator: its copy, or that it has none.
 
-    Each controller serves one generator; exact copies are assigned first.
+    Each controller serves one generator; exact copies are assigned first. Without any controller
+    no generator has a copy.
     """
+    if not controllers:
+        return [_without(e) for e in exosystems]
     alone = [fixed(c) for c in controllers]
     copies = assign(alone, exosystems)
     learners = [c.name for c in controllers if c.model.learned and c.name not in copies.values()]
     return [_certificate(e, copies.get(e.name), alone, learners) for e in exosystems]
+
+
+def _without(e: BlockSpec) -> Certificate:
+    text = 'There is no controller, so nothing has its copy: y cannot vanish while it goes on.'
+    numbers: dict[str, Number] = {'copy_in': None, 'nearest': None, 'exact_copy': False}
+    return Certificate(e.name, 'internal_model', 'fail', None, MEANING, text, numbers)
 
 
 def assign(controllers: Sequence[BlockSpec], exosystems: Sequence[BlockSpec]) -> dict[str, str]:

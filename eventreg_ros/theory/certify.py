@@ -92,7 +92,7 @@ def _theory(circuit: Circuit) -> list[Certificate]:
         found.append(reference_copy(plant, reference))
     if len(controllers) == 1 and len(exosystems) == 1:
         found += internal_model(controllers[0], exosystems[0])
-    elif controllers and exosystems:
+    elif plant or controllers:
         found += bank(controllers, exosystems)
     if plant and plant.model is LAG and _is_linear_motif(circuit):
         disturbed = [exosystem.model is HARMONIC for exosystem in exosystems] == [True]

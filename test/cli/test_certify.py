@@ -39,7 +39,11 @@ THEORY = {
         'controller internal_model': 'fail',
         'controller gain_and_delay': 'none',
     },
-    'uncontrolled': {'exosystem lemma_2': 'pass', 'plant lemma_1': 'marginal'},
+    'uncontrolled': {
+        'exosystem lemma_2': 'pass',
+        'plant lemma_1': 'marginal',
+        'exosystem internal_model': 'fail',
+    },
     'quiescent': {
         'plant lemma_1': 'marginal',
         'controller lemma_2': 'pass',
