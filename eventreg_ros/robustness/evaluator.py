@@ -11,7 +11,7 @@ from ..analysis.events import detect
 from ..analysis.evidence import complete
 from ..analysis.rejection import NOT_REJECTED, REJECTED
 from ..analysis.subject import subject_of
-from ..errors import EventregError
+from ..errors import EventregError, ModelError
 from ..scenario import Scenario
 from ..scenario.criteria import SETTLE, WINDOW
 from ..simulation.impairment import PERFECT, Impairment
@@ -101,7 +101,11 @@ class Evaluator:
             blocks = list(self._template.loop.blocks.values())
             found = run_alike(self._template, Start.of([blocks] * len(wanted)), wanted)
             words = [VERDICTS[i] or NOT_REJECTED for i in found.rows['verdict'].tolist()]
-            self._known.update(zip(wanted, words, strict=True))
+            known = dict(zip(wanted, words, strict=True))
+            if self._template.loop.foreign_models:  # what failed is run again, by itself
+                for i in found.reasons:
+                    del known[wanted[i]]
+            self._known.update(known)
 
     def _on(self, impairment: Impairment) -> Impairment:
         if self.on is None:
@@ -115,6 +119,8 @@ class Evaluator:
             return known
         try:
             run = self._loop_for(impairment).run(self._setting.duration, impairment)
+        except ModelError:
+            raise
         except EventregError:  # all else that it may complain of was checked at the start
             return NOT_REJECTED
         limits = self._subject.criteria.detector

@@ -20,6 +20,7 @@ from ..simulation.jit import compiles
 from ..simulation.lanes import Course, Lanes, Links, Start, structure_of
 from ..simulation.lanes_source import COMMON, LANES, PERFECT, SCATTERED
 from ..simulation.loop import Loop
+from ..simulation.model_errors import ANYTHING
 from ..simulation.model_time import count_steps, model_times
 from ..simulation.noise import SILENCE, Noise, draws
 from ..simulation.sampled import Waveform
@@ -153,6 +154,7 @@ class _Group:
         self._judged = template.subject.needed
         waves = [Waveform(stimulus).at(self._t) for stimulus in loop.stimuli.values()]
         self._open = np.array(waves).reshape(len(waves), len(self._t), 1)
+        self._fails = False
         self._horizons = np.array([spec.horizon for spec in loop.blocks.values()])
 
     def blocks(self) -> Iterator[Any]:
@@ -179,7 +181,23 @@ class _Group:
         return Case(loop, self._impairments[i], subject, duration, self._noises[i])
 
     def run(self, places: Any) -> tuple[Rows, Any]:
-        """Return the rows of one block of lanes, and which of them hold."""
+        """Return the rows of one block of lanes, and which of them hold.
+
+        None holds where the model of another package fails, in numba's eyes or in fact: such cases
+        are run one by one, and say why.
+        """
+        if not self._template.loop.foreign_models:
+            return self._in_lanes(places)
+        if not self._fails:
+            try:
+                return self._in_lanes(places)
+            except EventregError:
+                raise
+            except ANYTHING:
+                self._fails = True
+        return nothing(len(places)), np.zeros(len(places), dtype=bool)
+
+    def _in_lanes(self, places: Any) -> tuple[Rows, Any]:
         noises = [self._noises[i] for i in places]
         x, params, outputs = ([array[places] for array in part] for part in self._parts)
         start = Start(x, params, outputs, [self._sds(noises, signal) for signal in self._noisy])

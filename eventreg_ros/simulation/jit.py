@@ -30,6 +30,7 @@ _INNER: dict[str, Any] = {
 
 _walked: Counter[Parts] = Counter()
 _compiled: dict[Parts, Kernel] = {}
+_refused: set[Parts] = set()
 
 
 class Whole:
@@ -79,10 +80,22 @@ def choose(parts: Parts, work: int, compiled: bool | None) -> tuple[Kernel, bool
     """
     if compiled is None:
         walked = _walked[parts] + work
-        compiled = parts in _compiled or (walked > PAYS and _fits(parts) and _njit() is not None)
+        pays = walked > PAYS and parts not in _refused
+        compiled = parts in _compiled or (pays and _fits(parts) and _njit() is not None)
         if not compiled:
             _walked[parts] = walked
     return (_compile(parts), True) if compiled else (_plain(parts), False)
+
+
+def is_of_numba(error: Exception) -> bool:
+    """Say whether ``error`` is numba's, about code that it cannot compile."""
+    return type(error).__module__.partition('.')[0] == 'numba'
+
+
+def give_up(parts: Parts) -> None:
+    """Note that numba cannot compile ``parts``: a model of theirs is not written for it."""
+    _refused.add(parts)
+    _compiled.pop(parts, None)
 
 
 def _fits(parts: Parts) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from ..errors import EventregError, described
+from ..errors import EventregError, ModelError, described
 from ..models import Model
 
 ARITHMETIC = (ArithmeticError, ValueError)
@@ -35,11 +35,12 @@ def failed(error: BaseException, models: Sequence[Model]) -> str | None:
 
 @contextmanager
 def in_words(models: Sequence[Model]) -> Iterator[None]:
-    """Turn what the code of ``models`` raises into EventregError."""
+    """Turn what the code of ``models`` raises into EventregError, ModelError for another's code."""
     try:
         yield
     except ANYTHING as error:
         words = failed(error, models)
         if words is None:
             raise
-        raise EventregError(words) from error
+        foreign = any(not model.is_ours for model in models)
+        raise (ModelError if foreign else EventregError)(words) from error

@@ -16,7 +16,7 @@ from ..errors import EventregError
 from .block import BlockSpec, begin
 from .coding import Coder
 from .impairment import PERFECT, Impairment, Received, received
-from .jit import choose
+from .jit import choose, give_up, is_of_numba
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
 from .model_errors import in_words
@@ -153,7 +153,14 @@ class SampledLoop:
         steps = table.shape[1] - 1
         tables = Tables(samples, newest, previous, used, leads, drawn, steps, self.h, first, last)
         states = nest([each.x for each in blocks])
-        numbers = iter(flatten(kernel(states, nest([_tuning(e.spec) for e in blocks]), tables)))
+        tuning = nest([_tuning(e.spec) for e in blocks])
+        try:
+            numbers = iter(flatten(kernel(states, tuning, tables)))
+        except Exception as error:
+            if compiled or not self._foreign or not is_of_numba(error):
+                raise
+            give_up(self._parts(blocks, noise))
+            return self._advance(blocks, table, have, stretch, noise, False)
         blocks[:] = [
             replace(each, x=tuple(islice(numbers, len(each.x))), starting=False) for each in blocks
         ]

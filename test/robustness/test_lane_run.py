@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Models of other packages that fail in the middle of a run: each is named, in its row or error."""
+
+import pytest
+
+from eventreg_ros import load, margins, simulate, sweep
+from eventreg_ros.errors import ModelError
+from eventreg_ros.models import Model, catalogue, first_state
+from eventreg_ros.simulation import jit
+
+TABLE = {0: -0.1}
+
+
+def missing(x, drive, p):
+    return (TABLE[0 if x[0] > 0.2 else 7], 0.0)  # and numba knows no such table
+
+
+def sound(x, drive, p):
+    return (TABLE[0], 0.0)
+
+
+RHS = {'missing': missing, 'sound': sound}
+
+
+class Entry:
+    """An entry point of a package."""
+
+    dist = None
+
+    def __init__(self, name):
+        self.name, self.value = name, f'strange:{name}'
+
+    def load(self):
+        return Model(self.name, 2, RHS[self.name], first_state, x0=(1.0, 0.0))
+
+
+@pytest.fixture(autouse=True)
+def installed(monkeypatch):
+    monkeypatch.setattr(catalogue, '_installed', lambda: {name: Entry(name) for name in RHS})
+    catalogue._plugged_in.cache_clear()
+    yield
+    catalogue._plugged_in.cache_clear()
+
+
+def using(name):
+    return load('exact', {'exosystem.model': name, 'exosystem.x0': [1.0, 0.0]})
+
+
+def test_a_sweep_has_a_row_with_the_reason():
+    found = sweep(using('missing'), {'controller.k': [1, 2]}, duration=60.0, settle=10.0)
+    assert found.bad == 2
+    for reason in found.to_dataframe()['reason']:
+        assert reason.startswith("model 'missing' cannot be evaluated: KeyError: 7; fix")
+
+
+def test_margins_end_with_its_name():
+    with pytest.raises(ModelError, match="model 'missing' cannot be evaluated: KeyError: 7; fix"):
+        margins(using('missing'))
+
+
+def test_what_numba_cannot_compile_runs_in_plain_python(monkeypatch):
+    pytest.importorskip('numba')
+    plain = simulate(using('sound'), 20.0, sampled=True)
+    monkeypatch.setattr(jit, 'PAYS', 0)
+    again = simulate(using('sound'), 20.0, sampled=True)
+    assert (again['y'] == plain['y']).all()
+    assert any(part.model.name == 'sound' for parts in jit._refused for part in parts)
+    found = sweep(using('sound'), {'controller.k': [1, 2]}, duration=60.0, settle=10.0)
+    assert found.undecided == 2
