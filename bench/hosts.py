@@ -6,6 +6,7 @@ recorder, spike monitor and the analysis run on the controller's. The nodes find
 ROS_STATIC_PEERS, without multicast. Links are impaired from the first sample on.
 
 Run ``PYTHONPATH=. python bench/hosts.py`` (about ten minutes; docs/hosts.md explains the table).
+With ``--predict ROOM`` the controller predicts; its lead is delay, jitter and ROOM of model time.
 """
 
 from __future__ import annotations
@@ -52,6 +53,11 @@ SHORT = {'duration': 17.0, 'settle': 40.0}
 
 DELAYS, LOSSES = (0.0, 20.0, 40.0, 50.0), (0.0, 0.05, 0.2)
 
+PATIENT = '/**.input_timeout:=3'
+"""With it w, which comes from a host of its own, does not count as silent for being late."""
+
+OPTIONS = ('scenario', 'hold', 'duration', 'settle', 'predict')
+"""What the command line says of all runs."""
 
 BEGUN = 'begun'
 """What the process that conducts a run prints once all nodes are matched and begin."""
@@ -91,7 +97,8 @@ def conduct(order: dict[str, Any]) -> dict[str, Any]:
         session.perform()
         if session.troubles:
             raise EventregError('; '.join(session.troubles))
-        report = analyze(bag, settle=order['settle'], window=order['window']).report
+        options = {name: order[name] for name in ('settle', 'window', 'until')}
+        report = analyze(bag, **options).report
         return {**as_json(report), 'measured': session.timing}
 
 
@@ -104,11 +111,25 @@ def run(
     qos: str = 'reliable',
     duration: float = SHORT['duration'],
     settle: float = SHORT['settle'],
+    predict: float | None = None,
 ) -> dict[str, Any]:
-    """Run ``scenario`` on ``hosts`` and return the report. Raises EventregError when it cannot."""
+    """Run ``scenario`` on ``hosts`` and return the report. Raises EventregError when it cannot.
+
+    ``predict``: how much more model time than delay and jitter the lead of a controller that
+    predicts is; None: it does not predict.
+    """
+    overrides, scale = (
+        [f'/**.hold:={hold}', PATIENT, *QOS[qos]],
+        scenarios.load(scenario).time_scale,
+    )
+    if predict is not None:
+        lead = scale * (impairment.delay + impairment.jitter) + predict
+        overrides += ['controller.predict:=true', f'/**.lead:={lead:g}']
     order = {
-        'scenario': scenario, 'overrides': [f'/**.hold:={hold}', *QOS[qos]], 'duration': duration,
+        'scenario': scenario, 'overrides': overrides, 'duration': duration,
         'settle': settle, 'window': 5.0,
+        # what is on its way at the end is not recorded any more
+        'until': scale * (duration - 2.0 * (impairment.delay + impairment.jitter)),
         'prefixes': {name: hosts.within(name) for name in BLOCKS[:-1]},
     }  # fmt: skip
     environment = {
@@ -141,7 +162,8 @@ def in_words(report: dict[str, Any]) -> str:
     rejection, measured = report['rejection'], report['measured'].get('plant', {})
     age = f'{float(measured["u.age.p50"]) * 1e3:.0f}' if 'u.age.p50' in measured else '?'
     counts = f'{rejection["spurious"]} of {rejection["disturbance_events"]}'
-    return f'{report["verdict"]}, {counts}, {age} ms'
+    late = f', {measured["u.late"]} late' if 'u.late' in measured else ''
+    return f'{report["verdict"]}, {counts}, {age} ms{late}'
 
 
 def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
@@ -153,6 +175,9 @@ def parse(argv: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument('--delay', nargs='+', type=float, default=DELAYS, help='one way, ms')
     parser.add_argument('--loss', nargs='+', type=float, default=LOSSES, help='of datagrams')
     parser.add_argument('--jitter', type=float, default=0.0, help='ms (0)')
+    parser.add_argument('--predict', type=float, metavar='ROOM', help='model time (no prediction)')
+    parser.add_argument('--duration', type=float, default=SHORT['duration'], help='s (17)')
+    parser.add_argument('--settle', type=float, default=SHORT['settle'], help='model time (40)')
     parser.add_argument('--json', type=Path, metavar='F', help='write all reports as JSON')
     parser.add_argument('--conduct', type=json.loads, help=argparse.SUPPRESS)
     return parser.parse_args(argv)
@@ -185,7 +210,8 @@ def print_table(hosts: Hosts, args: argparse.Namespace) -> list[dict[str, Any]]:
         (qos, loss) for qos in args.qos for loss in args.loss if loss > 0.0 or qos == args.qos[0]
     ]
     print(
-        f'Scenario {args.scenario}, hold {args.hold}, jitter {args.jitter:g} ms; links by '
+        f'Scenario {args.scenario}, hold {args.hold}, jitter {args.jitter:g} ms, '
+        f'{"no prediction" if args.predict is None else f"lead {args.predict:g} more"}; links by '
         f'{hosts.means}; {os.cpu_count()} cores.\n'
     )
     print(f'| one way ms | {" | ".join(f"{q}, loss {p:.0%}" for q, p in columns)} | load |')
@@ -195,7 +221,8 @@ def print_table(hosts: Hosts, args: argparse.Namespace) -> list[dict[str, Any]]:
         print(f'| {delay:g} ', end='', flush=True)
         for qos, loss in columns:
             impairment = Impairment(delay * 1e-3, args.jitter * 1e-3, loss, order='any')
-            report = attempt(hosts, impairment, scenario=args.scenario, hold=args.hold, qos=qos)
+            options = {name: getattr(args, name) for name in OPTIONS}
+            report = attempt(hosts, impairment, qos=qos, **options)
             print(f'| {report.get("error") or in_words(report)} ', end='', flush=True)
             cells.append({'delay': delay, 'loss': loss, 'qos': qos, **report})
         print(f'| {os.getloadavg()[0]:.1f} |', flush=True)

@@ -18,12 +18,9 @@ from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 
-import numpy as np
-
 from eventreg_ros import Run, judge, load, simulate
-from eventreg_ros.analysis.messages import messages
+from eventreg_ros.analysis.messages import energies, messages
 from eventreg_ros.analysis.recorded import analyze
-from eventreg_ros.simulation.trajectory import Array
 
 TRUE_PLANT = ('reference.k:=1', f'reference.tau:={1 / 11}')
 SCENARIOS = {'exact': (), 'mismatch': (), 'open': TRUE_PLANT}
@@ -31,19 +28,11 @@ LEARN = 'controller.adapt:=0.04'
 PREDICT = 'controller.predict:=true'
 SPIKES = (PREDICT, 'controller.coding:=spikes')
 MOST_ON_DELTA, MOST_SPIKES = 2.5, 0.06
+MOST_CPU = 2.0
+"""Times that of a run with every sample and without prediction."""
+
 
 broken: list[str] = []
-
-
-def changes(x: Array) -> int:
-    """Return how many messages of a signal that is held there were."""
-    return 1 + int(np.count_nonzero(np.diff(x)))
-
-
-def passes(x: Array) -> int:
-    """Return how many messages of a signal in spikes there were: it passes 0."""
-    moving = x[np.flatnonzero(x)[0] :] if x.any() else x
-    return 1 + int(np.count_nonzero(np.diff(moving > 0.0)))
 
 
 def run(name: str, delay: float, *overrides: str) -> Run:
@@ -54,9 +43,9 @@ def run(name: str, delay: float, *overrides: str) -> Run:
     return simulate(scenario, 800.0, sampled=True, delay=delay, on='yu')
 
 
-def cell(found: Run, count: int, settle: float, most: float, what: str) -> str:
+def cell(found: Run, settle: float, most: float, what: str) -> str:
     """Return verdict and messages a unit; note what is not rejected or too much."""
-    report, rate = judge(found, settle), count / 800.0
+    report, rate = judge(found, settle), found.messages['u'] / 800.0
     if report.verdict != 'rejected' or rate > most:
         broken.append(f'{what}: {report.verdict} with {rate:.3g} messages a unit, at most {most}')
     bad = report.rejection.spurious + report.rejection.missed
@@ -73,7 +62,7 @@ def delta_table() -> None:
             found = run(name, 0.0, f'controller.send_on_delta:={delta}')
             most = MOST_ON_DELTA if delta == 0.1 else 20.0
             what = f'{name}, delta {delta:g}'
-            cells.append(cell(found, changes(found['u']), 100.0, most, what))
+            cells.append(cell(found, 100.0, most, what))
             if delta == 0.3:
                 broken[:] = [each for each in broken if not each.startswith(what)]
         print(f'| {delta:g} | {" | ".join(cells)} |', flush=True)
@@ -92,8 +81,8 @@ def spike_table() -> None:
                 found = run(name, delay, *SPIKES, f'plant.send_on_delta:={delta}')
                 what = f'spikes, {name} at {delay:g}, y {delta:g}'
                 most = MOST_SPIKES
-                words = cell(found, passes(found['u']), 300.0, most, what)
-                cells.append(words + (f', {changes(found["y"]) / 800.0:.2g}' if delta else ''))
+                words = cell(found, 300.0, most, what)
+                cells.append(words + (f', {found.messages["y"] / 800.0:.2g}' if delta else ''))
             print(f'| {delay:g} | {" | ".join(cells)} |', flush=True)
 
 
@@ -111,8 +100,12 @@ def live_table(seconds: float) -> None:
     from realtime import BLOCKS, Watched, own_environment
 
     print('\nreal nodes, `exact`, 200 steps per second')
-    print('| | verdict | u: messages/s | per event of w | CPU of plant, % | of controller, % |')
-    print('|---|---|---|---|---|---|')
+    print(
+        '| | verdict | u: messages/s | per event of w | energy of u per event '
+        '| CPU of plant, % | of controller, % |'
+    )
+    print('|---|---|---|---|---|---|---|')
+    plain: dict[str, float] = {}
     for name, overrides in LIVE.items():
         with tempfile.TemporaryDirectory() as scratch, own_environment():
             session = Watched(load('exact', *overrides), Path(scratch) / 'bag', seconds)
@@ -121,10 +114,18 @@ def live_table(seconds: float) -> None:
             report = analyze(session.bag).report
         sent = messages(report)['u']
         cpu = ' | '.join(f'{100.0 * session.cpu[block]:.1f}' for block in BLOCKS[1:])
+        spent = energies(report)['u'] / (sent.number / (sent.per_event or 1.0))
         print(
             f'| {name} | {report.verdict} | {sent.per_second:.3g} | {sent.per_event or 0.0:.3g} '
-            f'| {cpu} |',
+            f'| {spent:.3g} | {cpu} |',
             flush=True,
+        )
+        plain = plain or session.cpu
+        broken.extend(
+            f'{name}: {block} takes {session.cpu[block] / plain[block]:.2f} times the CPU, at most '
+            f'{MOST_CPU:g}'
+            for block in BLOCKS[1:]
+            if session.cpu[block] > MOST_CPU * plain[block]
         )
     print(f'load average {os.getloadavg()[0]:.2f}')
 

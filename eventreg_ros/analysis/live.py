@@ -120,6 +120,12 @@ class LiveJudge:
         if signal in self._events:
             self._events[signal].append(self.model_time(t))
 
+    @property
+    def disturbances(self) -> int:
+        """How many events the disturbances have had."""
+        names = {name for plant in self._subject.plants for name in plant.disturbances}
+        return sum(len(self._events.get(name, ())) for name in names)
+
     def model_time(self, t: float) -> float:
         """Return the model time at ``t`` seconds; before the first sample 0."""
         return 0.0 if self._since is None else self._base + (t - self._since) * self._scale

@@ -48,6 +48,8 @@ class SignalNode(ManagedNode):
     """What codes the output, where not every sample is sent."""
     sent = 0
     """Messages of the output since activation."""
+    squares = 0.0
+    """The sum of the squares of the output's samples since then, as receivers know them."""
     _looked = (0.0, 0)
     starting = False
     """In lockstep: whether it was just switched on again, so that it starts anew."""
@@ -141,7 +143,7 @@ class SignalNode(ManagedNode):
         In lockstep, where the others wait for every sample, a node that is switched off goes on
         publishing 0, and its samples go on to be numbered when it is switched on again.
         """
-        self.sent, self._looked = 0, (time.monotonic(), 0)
+        self.sent, self.squares, self._looked = 0, 0.0, (time.monotonic(), 0)
         if not (self.values['lockstep'] and self.pace is not None):
             coding, rate = self.coding, self.values['rate']
             self.coder = Coder(coding, rate, self.h) if coding is not None else None
@@ -204,6 +206,7 @@ class SignalNode(ManagedNode):
         if self.coder is not None:
             value = self.coder(value)
             self._published(n, value)
+        self.squares += value * value
         return value
 
     def _published(self, n: int, value: float) -> None:
@@ -240,12 +243,16 @@ class SignalNode(ManagedNode):
         return [Status(WARN, words, {})]
 
     def _sent_so_far(self) -> dict[str, object]:
-        """Return the messages of the output since activation, and a second since the last look."""
+        """Return messages and energy of the output since activation, and messages a second."""
         now, before = time.monotonic(), self._looked
         self._looked = now, self.sent
         output = self.values['output']
         rate = (self.sent - before[1]) / (now - before[0]) if now > before[0] else 0.0
-        return {f'{output}.sent': self.sent, f'{output}.sent_per_second': f'{rate:.2f}'}
+        return {
+            f'{output}.sent': self.sent,
+            f'{output}.sent_per_second': f'{rate:.2f}',
+            f'{output}.energy': f'{self.squares * self.h:.4g}',
+        }
 
     def report(self) -> Status:
         """Return the figures of pace and inputs; the worst of their findings is the level."""

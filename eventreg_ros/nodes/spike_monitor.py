@@ -117,6 +117,7 @@ class SpikeMonitor(ManagedNode):
         }
         self._tune()
         self.seen = dict.fromkeys(self.values['signals'], -1)
+        self.heard = dict.fromkeys(self.values['signals'], 0)
         lockstep = self.values['lockstep']
         self.zero = self.newest = 0 if lockstep else self.get_clock().now().nanoseconds
 
@@ -158,6 +159,7 @@ class SpikeMonitor(ManagedNode):
             self.newest = max(self.newest, stamp)
             seconds, value = self._seconds(stamp), unpacked(data)
             self.judge.saw(signal, seconds, value)
+            self.heard[signal] += 1
             for at, x in self.judge.points(signal, seconds, value):
                 t = detector.push(at, x)
                 if t is not None:
@@ -196,9 +198,15 @@ class SpikeMonitor(ManagedNode):
         self.send(self.verdict, status)
 
     def report(self) -> Status:
-        """Return the counts."""
-        counts = {events_of(signal): d.count for signal, d in self.detectors.items()}
-        return Status(OK, 'counting', counts)
+        """Return the counts of events, and of messages: a second, and per event of w."""
+        seconds, events = self._seconds(self._now()), self.judge.disturbances
+        values: dict[str, object] = {events_of(s): d.count for s, d in self.detectors.items()}
+        for signal, count in self.heard.items():
+            values[f'{signal}.messages'] = count
+            values[f'{signal}.messages_per_second'] = f'{count / max(seconds, 1e-9):.3g}'
+            if events:
+                values[f'{signal}.messages_per_event'] = f'{count / events:.3g}'
+        return Status(OK, 'counting', values)
 
 
 def main() -> int:

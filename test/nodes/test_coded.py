@@ -13,6 +13,7 @@ from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.control.spikes import Spikes
 from eventreg_ros.nodes.block import BlockNode
 from eventreg_ros.nodes.spike_input import SpikeInput
+from eventreg_ros.nodes.spike_monitor import SpikeMonitor
 from eventreg_ros.runtime.tick_grid import SECOND
 from eventreg_ros.simulation.coding import Coder
 
@@ -33,6 +34,22 @@ def test_on_delta_only_what_differs_goes_out_and_a_heartbeat(bench):
     figures = node.report().values
     assert figures['w.sent'] == node.sent
     assert float(figures['w.sent_per_second']) > 0.0
+    assert float(figures['w.energy']) == pytest.approx(node.squares * H, rel=1e-3)
+
+
+def test_the_monitor_counts_messages_a_second_and_per_event_of_the_disturbance(bench):
+    node = bench.add(SpikeMonitor, "signals:=[w, 'y', u]")
+    w, u = (bench.peer.create_publisher(Float64, name, 100) for name in 'wu')
+    bench.until(lambda: w.get_subscription_count() == u.get_subscription_count() == 1)
+    for value in (-1.0, 2.0, -1.0, 2.0):
+        w.publish(Float64(data=value))
+    for _ in range(6):
+        u.publish(Float64(data=0.0))
+    bench.until(lambda: node.heard == {'w': 4, 'y': 0, 'u': 6})
+    values = node.report().values
+    assert (values['w.messages'], values['u.messages']) == (4, 6)
+    assert (values['w.messages_per_event'], values['u.messages_per_event']) == ('2', '3')
+    assert float(values['u.messages_per_second']) > 0.0
 
 
 def test_spikes_go_out_twice_a_period_and_the_plant_makes_u_of_them(bench):

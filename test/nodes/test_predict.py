@@ -4,6 +4,7 @@
 from functools import partial
 
 import numpy as np
+import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Float64
 
@@ -67,7 +68,7 @@ class Fed:
     @property
     def at(self):
         """The step at which the observer is, and whether y is known there."""
-        return tuple(self.node.block.x[6:9:2])
+        return self.node.block.x[-4], self.node.block.x[-2]
 
 
 def test_samples_of_y_belong_to_the_instant_before_their_stamp(bench):
@@ -96,16 +97,33 @@ def test_y_that_does_not_come_is_skipped_after_lead_and_timeout(bench):
     assert fed.at == (100.0, 1.0)
 
 
-def test_after_a_pause_observer_and_record_begin_anew(bench):
+@pytest.mark.parametrize('jump', [500, -500], ids=['a pause', 'the clock set back'])
+def test_after_a_pause_or_another_clock_observer_and_record_begin_anew(bench, jump):
     fed, fresh = Fed(bench, 'lead:=0.5'), Fed(bench, 'lead:=0.5')
     for n in range(60):
         fed.hear(n, 0.3)
         fed.step(n)
-    fed.step(60, shift=500)
+    fed.step(60, shift=jump)
     assert fed.at == (61.0, 0.0)
     assert fed.node.block.y == fresh.node.block.y
-    fed.hear(60 + 500, 0.3)
-    assert fed.step(61, shift=500) == fresh.step(0)
+    fed.hear(60 + jump, 0.3)
+    assert fed.step(61, shift=jump) == fresh.step(0)
+
+
+def test_activated_again_it_begins_anew_but_with_what_it_has_learned(bench):
+    fed = Fed(bench, 'lead:=0.5', 'adapt:=0.04')
+    for n in range(60):
+        fed.hear(n, 0.3)
+        fed.step(n)
+    learned, block = fed.node.block.learned['tau'], fed.node.block
+    assert fed.at == (59.0, 1.0)
+    fed.node.trigger_deactivate()
+    fed.node.trigger_activate()
+    assert fed.node.block is not block
+    assert fed.at == (0.0, 0.0)
+    assert fed.node.block.newest == [-1, -1]
+    assert fed.node.block.learned == {'tau': learned} != {'tau': 1 / 12}
+    assert not any(fed.node.block._past.own[1:])
 
 
 def test_a_late_u_is_reported_with_the_lead_that_would_have_covered_it(bench):
