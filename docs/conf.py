@@ -24,6 +24,8 @@ exclude_patterns = ['*.py', 'reference.py', '**/jupyter_execute']
 html_theme = 'furo'
 html_title = 'eventreg_ros'
 html_show_sourcelink = False
+html_static_path = ['site']
+html_css_files = ['site.css']
 
 myst_enable_extensions = ['dollarmath', 'html_image']
 myst_heading_anchors = 3
@@ -40,6 +42,8 @@ nb_merge_streams = True
 nb_render_image_options = {'width': '100%'}
 
 autodoc_typehints = 'signature'
+autodoc_type_aliases = {'npt.ArrayLike': 'ArrayLike', 'Given': 'Given'}
+python_use_unqualified_type_names = True
 autodoc_member_order = 'bysource'
 
 linkcheck_timeout = 20

@@ -188,19 +188,40 @@ def console(text: str) -> str:
 
 def library() -> str:
     """Return the page of the library, whose entries Sphinx takes from the docstrings."""
-    names = sorted(eventreg_ros.__all__, key=str.lower)
-    parts = [
-        '# The library\n\n'
-        '`from eventreg_ros import ...`; nothing of it prints. Times are in model time unless a '
-        'docstring says seconds. The examples are run by the tests.'
-    ]
-    for name in names:
-        kind = 'class' if isinstance(getattr(eventreg_ros, name), type) else 'function'
-        options = '\n   :members:\n' if kind == 'class' else '\n'
-        parts.append(
-            f'## {name}\n\n```{{eval-rst}}\n.. auto{kind}:: eventreg_ros.{name}{options}```'
-        )
+    names = sorted(eventreg_ros.__all__)
+    results = [name for name in names if isinstance(getattr(eventreg_ros, name), type)]
+    parts = [LIBRARY]
+    for title, group in (('Functions', set(names) - set(results)), ('Results', set(results))):
+        parts.append(f'## {title}')
+        parts += [entry(name) for name in sorted(group)]
     return '\n\n'.join(parts) + '\n'
+
+
+LIBRARY = """\
+# The library
+
+```python
+from eventreg_ros import simulate
+
+run = simulate('exact', {'controller.k': 3})
+print(run)                      # the table of the command, with the verdict
+run['y'], run.t, run.events['w']
+run.plot()                      # in a notebook: a picture
+```
+
+`from eventreg_ros import ...`; nothing of it prints. Times are in model time unless a docstring
+says seconds. What is wrong raises `eventreg_ros.errors.EventregError`, one line with the remedy.
+*Given* is a scenario: the name of a shipped one, the path of a file, or what `load` returns.
+Overrides are parameters, `{'controller.k': 3}` or `'controller.k:=3'`. Examples without `SKIP` are
+run by the tests."""
+
+
+def entry(name: str) -> str:
+    """Return what Sphinx makes of one public name."""
+    if not isinstance(getattr(eventreg_ros, name), type):
+        return f'### {name}\n\n```{{eval-rst}}\n.. autofunction:: eventreg_ros.{name}\n```'
+    options = '   :members:\n   :inherited-members: object\n'
+    return f'### {name}\n\n```{{eval-rst}}\n.. autoclass:: eventreg_ros.{name}\n{options}```'
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -158,11 +158,18 @@ def test_impairments_belong_to_a_sampled_simulation():
 def test_the_examples_of_the_docstrings_run():
     import doctest
 
-    from eventreg_ros import api
-
-    found = doctest.testmod(api)
-    assert found.attempted >= 3
-    assert found.failed == 0
+    shown, runner = set(), doctest.DocTestRunner()
+    for name in eventreg_ros.__all__:
+        public = getattr(eventreg_ros, name)
+        for test in doctest.DocTestFinder(recurse=False).find(public, name):
+            globs = {each: getattr(eventreg_ros, each) for each in eventreg_ros.__all__}
+            test.globs.update(globs)
+            runner.run(test)
+            shown |= {name} if test.examples else set()
+    functions = {x for x in eventreg_ros.__all__ if not isinstance(getattr(eventreg_ros, x), type)}
+    assert functions - shown == set()
+    assert runner.failures == 0
+    assert runner.tries >= 12
 
 
 def test_results_are_short_in_a_list_and_tables_when_printed(exact, tmp_path):

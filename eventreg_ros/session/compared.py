@@ -31,6 +31,9 @@ def compare(
     default as their scenarios or files. ``settle`` and ``window`` are in model time; see
     :func:`judge`. The events of two runs match within ``window``, without one within that of the
     first run.
+
+    >>> compare('exact', 'uncontrolled')
+    <Comparison: exact rejected, uncontrolled not rejected>
     """
     opened = [open_run(run, settle, window) for run in runs]
     called = [_name(given, run) for given, run in zip(runs, opened, strict=True)]
@@ -54,6 +57,9 @@ def open_run(
     A shipped name, or the path of a .yaml file, is a scenario; any other path a bag (a bag called
     like a scenario is ./NAME). A simulation lasts 400 of model time, or 300 after ``settle`` if
     that is longer. A run is returned as it is. Raises EventregError for what is neither.
+
+    >>> open_run('linear')
+    <Run of linear: w, y, u; 400 of model time; rejected>
     """
     if isinstance(source, Judged):
         return source

@@ -167,6 +167,9 @@ def judge(
     By the criteria of the run, except those given (model time): events before ``settle`` and after
     ``until`` do not count; those of y and y_r match within ``window``. Raises EventregError when
     that leaves nothing of the run, and for what is no run.
+
+    >>> judge(simulate('exact'), settle=0)
+    <Report on exact: rejected; after t = 0 w had 10 events; none made y spike>
     """
     if not isinstance(run, Judged):
         raise EventregError(
