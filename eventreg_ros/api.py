@@ -101,7 +101,7 @@ def load(scenario: str | Path, *overrides: str | Overrides) -> Scenario:
 
 
 def _with(scenario: Scenario, overrides: Iterable[str | Overrides]) -> Scenario:
-    """Return ``scenario`` with all overrides at once: on the way they may contradict each other."""
+    """Return ``scenario`` with all overrides at once: one by one they may contradict others."""
     read: list[str | Override] = []
     for each in overrides:
         read += [each] if isinstance(each, str) else [Override.of(*pair) for pair in each.items()]

@@ -37,9 +37,11 @@ def delay_findings(bag: str | Path, analysis: Analysis) -> list[Finding]:
 def reached(said: Iterable[tuple[dict[str, str], float]]) -> list[Finding]:
     """Return the findings on statuses, keys and values with their model times, in order."""
     found: list[Finding] = []
+    noted = 0
     for values, at in said:
         used = float(values.get(MARGIN_USED, 0.0))
-        if len(found) < len(PARTS) and used >= PARTS[len(found)]:
-            text = f'by then a delay had taken {used:.2f} of the delay margin'
+        if (parts := sum(used >= part for part in PARTS)) > noted:
+            noted = parts
+            text = f'the longest delay so far was {used:.2f} times the delay margin'
             found.append(Finding(DELAY, None, at, text))
     return found

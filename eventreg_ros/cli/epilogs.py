@@ -56,10 +56,30 @@ examples:
 examples:
   eventreg margin exact                               delay, loss and jitter, with each hold
   eventreg margin exact --plot margin.svg             and the verdict over delay and loss""",
+    'sweep': """\
+examples:
+  eventreg sweep exact -p controller.k:=0.5..4/60 -p controller.tau:=1/25..1/5/60log --plot map.svg
+  eventreg sweep exact -p links.delay:=0..0.8/17 -p links.loss:=0..0.95/20 --out net
+  eventreg sweep exact -p controller.k:=1~10% --sets 2000 --out chip    a normal law
+  eventreg sweep exact -p controller.k:=0.9..3 -p links.delay:=0..0.3 --worst 500
+
+A..B/N is N values, A..B a range to draw from, {A,B} these values. Ctrl-C keeps what is done in
+DIR; the same command continues.
+exit codes: 0 done, whatever the verdicts; 2 bad input (one line says how to fix it)""",
     'figures': """\
 examples:
   eventreg figures --out figures                      all of them, as PDF, SVG and PNG
   eventreg figures exact mismatch --format svg""",
+    'list': """\
+examples:
+  eventreg list
+  eventreg simulate open                              each is a name for other commands""",
+    'node': """\
+examples:
+  eventreg node plant --help                          what it is, and all its parameters
+  eventreg node plant --ros-args -p k:=2.0 -r y:=other_y
+
+exit codes: 0 ended by SIGINT or SIGTERM, 2 bad input""",
     'new': """\
 examples:
   eventreg new mine.yaml
@@ -68,6 +88,9 @@ examples:
 examples:
   eventreg set controller.tau 0.0625                  on the run of this machine
   ROS_DOMAIN_ID=5 eventreg set controller.k 3         on the nodes of a domain""",
+    'activate': """\
+examples:
+  eventreg activate controller                        it starts again from x0""",
     'deactivate': """\
 examples:
   eventreg deactivate controller                      u goes to 0, the rest runs on

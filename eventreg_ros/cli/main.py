@@ -20,7 +20,7 @@ VERBS = {
     'analyze': 'judge a recorded bag: events, rejection, residual, timing, evidence',
     'compare': 'set several bags or scenarios side by side: events that differ, distances',
     'identify': 'find the time constant of the generator behind a recorded spike train',
-    'certify': 'say what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
+    'certify': 'list what theory says: contraction, antiphase, internal model, Hurwitz, exponents',
     'margin': 'find the largest delay, loss and jitter that the loop tolerates',
     'sweep': 'run the sampled loop over many sets of parameters: table, border, yield, worst set',
     'figures': "draw the paper's figures, and those that it argues in words",

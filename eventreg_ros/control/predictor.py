@@ -63,7 +63,7 @@ def make_predictor(
 
     ``x`` is as :func:`at_start` has it. The first of ``readers`` is that of y, of which it uses the
     samples up to n that are there; the others are those of the measured inputs. ``compile`` is
-    applied to every function on the way.
+    applied to every function that it calls.
     """
     y, *opens = readers
     follow = _make_follow(model, opens, own, compile)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The link: relays one signal and delays, jitters, drops or duplicates its samples on the way.
+"""The link: relays one signal and delays, jitters, drops or duplicates its samples.
 
 Listens to the signal that the parameter input names, publishes the one that output names.
 """

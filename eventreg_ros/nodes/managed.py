@@ -49,7 +49,7 @@ class ManagedNode(Endpoints):
 
     A subclass fills in ``open``, ``begin``, ``changed`` and ``report``. What ``open`` and ``begin``
     create is put on ``stack`` and undone, the last first, when the node leaves that stage, also
-    when they fail on the way.
+    when they fail.
     """
 
     def __init__(self, kind: str, **kwargs: Any) -> None:

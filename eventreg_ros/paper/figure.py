@@ -27,7 +27,7 @@ PER_LINE = 3
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation of a figure: a scenario, what it overrides, and what is done on the way.
+    """One simulation of a figure: a scenario, what it overrides, and what is done during the run.
 
     ``at`` holds interventions, T:ACTION with T in model time; ``sampled``: sample by sample.
     """

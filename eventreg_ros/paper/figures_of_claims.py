@@ -123,7 +123,7 @@ ANTIPHASE = PaperFigure(
     'vanishes from every initial state, as Lemma 2 says; also where they start alike (dotted), but '
     'then both come to rest. Bottom: below 1/2 the lemma is silent, and here the sum does not '
     'vanish from every initial state: two neurons that start alike oscillate alike. From the other '
-    'three it vanishes all the same, only later.',
+    'three it vanishes too, only later.',
     {
         name: case
         for coupling, k in COUPLINGS.items()

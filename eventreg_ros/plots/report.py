@@ -238,4 +238,4 @@ def _changes(report: Report) -> str:
     if not report.changes:
         return ''
     lines = [f't = {change.at:.1f}: {named(change)}' for change in report.changes]
-    return page.section('What was changed on the way', tables.cut(lines))
+    return page.section('What was changed during the run', tables.cut(lines))

@@ -59,7 +59,7 @@ class Shade(NamedTuple):
 def draw_report(signals: Signals, report: Report, width: float = WIDTH) -> Figure:
     """Return the picture of a run that was judged.
 
-    What was not seen is shaded, and what was changed on the way is a vertical line. ``width`` in
+    What was not seen is shaded, and what was changed is a vertical line. ``width`` is in
     inches; in a paper's column the caption is the title.
     """
     return draw_run(

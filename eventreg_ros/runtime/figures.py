@@ -82,7 +82,7 @@ class Percentiles(NamedTuple):
 
 
 class TickFigures(NamedTuple):
-    """How a node ticked: the step it is at, and what went wrong on the way (in steps or times)."""
+    """How a node ticked: the step it is at, and what went wrong so far (in steps or times)."""
 
     step: int
     caught_up: int

@@ -12,7 +12,7 @@ from .tick_grid import SECOND
 class WaitingInput(StampedInput):
     """The samples of one input, each due ``lead`` ns after its time stamp.
 
-    One that was overtaken on the way is none the worse for it as long as its time has not come.
+    One that was overtaken by others is used like them as long as its time has not come.
     """
 
     def __init__(self) -> None:

@@ -50,13 +50,13 @@ class Run(Judged):
     fine: Trajectory
     """The grid in which events are looked for; in a sampled run the same."""
     interventions: tuple[Intervention, ...] = ()
-    """What was changed on the way, in the order and at the model times at which it acted."""
+    """What was changed during the run, in the order and at the model times at which it acted."""
     messages: Mapping[str, int] = field(default_factory=dict)
     """In how many messages each signal was sent; empty for a continuous system."""
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """What was changed on the way, in words."""
+        """What was changed during the run, in words."""
         return changes_asked(self.interventions)
 
     @cached_property

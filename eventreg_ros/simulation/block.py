@@ -97,7 +97,7 @@ def make_advance(model: Model, compile: Compile = plain) -> Advance:
     """Return ``advance(x, sign, base, slope, p, h) -> (x, y)``, one step of a block.
 
     The inputs have the signs ``sign`` and lie on the lines (``base``, ``slope``), each with one
-    entry per input; see :mod:`.hold`. ``compile`` is applied to every function on the way.
+    entry per input; see :mod:`.hold`. ``compile`` is applied to every function that it calls.
     """
     step = make_step(model.rhs, model.dimension, compile)
     output, add_up, confine = compile(model.output), compile(drive), compile(model.confine)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the code of a model raises on the way, turned into an error in words."""
+"""What the code of a model raises in a simulation, as an error in words."""
 
 from __future__ import annotations
 

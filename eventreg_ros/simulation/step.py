@@ -42,7 +42,7 @@ def make_step(rhs: Rhs, dimension: int, compile: Compile = plain) -> Step:
     """Return ``step(x, d0, dm, d1, p, h) -> x``, one classical RK4 step of length ``h``.
 
     ``d0``, ``dm`` and ``d1`` are the drive at the start, the middle and the end of the step; ``h``
-    is in model time. ``compile`` is applied to every function on the way (numba's njit, say).
+    is in model time. ``compile`` is applied to every function that it calls (numba's njit, say).
     """
     add, mean = (compile(function) for function in _algebra(dimension))
     f = compile(rhs)

@@ -47,8 +47,8 @@ def test_statuses_are_read_in_order_without_those_that_are_broken(bag):
 def test_the_first_time_that_a_delay_took_half_and_all_of_the_margin(bag):
     found = delay_findings(bag, analyze(bag))
     assert [(f.code, f.at) for f in found] == [('delay', 130.0), ('delay', 150.0)]
-    assert found[0].text == 'by then a delay had taken 0.52 of the delay margin'
-    assert found[1].text == 'by then a delay had taken 1.20 of the delay margin'
+    assert found[0].text == 'the longest delay so far was 0.52 times the delay margin'
+    assert found[1].text == 'the longest delay so far was 1.20 times the delay margin'
 
 
 def test_a_bag_without_a_monitor_says_nothing(make_bag):

@@ -14,7 +14,7 @@ from .model import Forward
 from .recorded import Recorded
 
 ROUGH, FINE = 0.2, 0.05
-"""Steps of the integration on the way and at the end (model time)."""
+"""Steps of the integration at first and at the end (model time)."""
 
 GUESSES = 2.0
 """What was given between its samples may be so much further from two interpolations than they are
