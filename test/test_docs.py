@@ -15,9 +15,9 @@ from eventreg_ros import scenario
 from eventreg_ros.analysis.verdict import EXIT_CODES
 from eventreg_ros.cli.arguments import load_scenario
 from eventreg_ros.cli.epilogs import EPILOGS
+from eventreg_ros.cli.live_report import BROKEN
 from eventreg_ros.cli.main import VERBS, build_parser, main
 from eventreg_ros.cli.process import PIPE_CLOSED
-from eventreg_ros.cli.run import BROKEN
 from eventreg_ros.errors import BAD_INPUT, CRASHED
 from eventreg_ros.interrupts import INTERRUPTED
 from eventreg_ros.models.catalogue import model_names

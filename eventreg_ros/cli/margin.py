@@ -1,24 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """``eventreg margin``: how much delay, loss and jitter the loop tolerates. Needs no ROS.
 
-``--json F`` writes ``{"scenario", "time_scale", "duration", "settle", "window", "seeds", "holds":
-{"zero": {"delay": LIMIT, "loss": LIMIT, "jitter": LIMIT, "delay_at_rate": LIMIT, "delay_of":
-{SIGNAL: LIMIT, ...}}, "linear": ...}}``: the same on every link; then the delay at the rate of loss
-and jitter, the scenario's own; then the delay of one signal alone. Of a loop that predicts,
-``delay`` is of the links ``on`` to the controller and from it, with the lead set to the delay,
-``delay_at_lead`` the same with the scenario's lead, and every LIMIT has a ``lead``: "delay", or the
-lead. A LIMIT is ``{"rate",
-"h", "resolution", "largest", "fails_at", "scanned_to", "rejected_again", "milliseconds"}``: delay
-and jitter in model time, loss as a probability; ``largest`` is the most at which the verdict is
-rejected, null where it is not even at 0; ``milliseconds`` the same as a time at the scenario's
-time_scale (null for loss); ``fails_at`` the least beyond it that was seen to fail, null when
-nothing failed up to ``scanned_to``; ``rejected_again`` the values of the coarse scan beyond
-``fails_at`` that do not fail. With ``--plot`` there is also ``"map": {"rate", "h", "delays",
-"losses", "rejected": {"zero": ROWS, "linear": ROWS}}``, one row per loss and in it, per delay, the
-part of the seeds that are rejected.
-
-The exit code is 0 whatever the margin is, and 2 for bad input, of which is a scenario whose verdict
-is undecided.
+docs/json.md says what ``--json F`` writes. The exit code is 0 whatever the margin is, and 2 for bad
+input; a scenario whose verdict is undecided is that, too.
 """
 
 from __future__ import annotations
@@ -53,17 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``eventreg margin``."""
     add_scenario(parser)
     parser.add_argument(
-        '--duration', type=positive, metavar='T',
-        help='of a run, model time (400, or 300 after settling)',
-    )  # fmt: skip
+        '--duration', type=positive, metavar='T', help='of a run, model time (300 after settling)'
+    )
     parser.add_argument(
-        '--seeds', type=whole(1), default=5, metavar='N',
-        help='random runs that must all be rejected (5)',
-    )  # fmt: skip
+        '--seeds', type=whole(1), default=5, metavar='N', help='runs that must all be rejected (5)'
+    )
     parser.add_argument(
         '--rate', type=positive, metavar='R',
-        help="steps per second (the scenario's for loss and jitter; for the delay, which is "
-        'rounded to steps, so many that one is at most 0.01 of model time)',
+        help="steps per second (the scenario's; for delays so many that h is at most 0.01)",
     )  # fmt: skip
     parser.add_argument(
         '--plot',
@@ -85,14 +66,10 @@ def main(args: argparse.Namespace) -> int:
     check_plot(args.plot)
     need_writable(args.json)
     scenario = load_scenario(args)
-    setting = Setting.of(
-        scenario,
-        duration=args.duration,
-        settle=args.settle,
-        window=args.window,
-        seeds=args.seeds,
-        rate=args.rate,
-    )
+    asked = {
+        name: getattr(args, name) for name in ('duration', 'settle', 'window', 'seeds', 'rate')
+    }
+    setting = Setting.of(scenario, **asked)
     found: Map | None = None
     count = Count('searches')
     try:

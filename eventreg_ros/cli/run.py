@@ -6,12 +6,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..analysis.rejection import REJECTED
-from ..analysis.report_table import table
 from ..files import need_writable
 from ..scenario.interventions import read_all
-from ..session.live import LiveRun, bag_of, check, run, usual_duration
-from . import live_timing
+from ..session.live import bag_of, check, run, usual_duration
 from .arguments import (
     add_at,
     add_blind,
@@ -20,14 +17,10 @@ from .arguments import (
     add_window,
     load_scenario,
     positive,
-    warn,
 )
-from .process import fail
+from .live_report import show
 from .progress import Terminal
-from .report_outputs import ReportOutputs, add_report_outputs, recorded_page
-
-BROKEN = 4
-"""Exit code when a node died during the run; the verdict's codes are those of the contract."""
+from .report_outputs import ReportOutputs, add_report_outputs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -86,29 +79,3 @@ def main(args: argparse.Namespace) -> int:
         blind=args.blind,
     )
     return show(found, outputs, args.timing)
-
-
-def show(found: LiveRun, outputs: ReportOutputs, timing: bool = False) -> int:
-    """Print and write what came of the run, the verdict last; return the exit code.
-
-    The tables of ``timing`` come unasked where events were not rejected and a node warned of what
-    can be the reason.
-    """
-    broken = '; '.join(found.troubles)
-    analysis = found.analysis
-    if analysis is None:
-        fail(f'{broken}; {found.unjudged}')
-        return BROKEN
-    report = analysis.report
-    warn(report.evidence.warnings)
-    warnings = found.warnings if timing else live_timing.matters(found.warnings)
-    if found.measured and (timing or (warnings and report.verdict != REJECTED)):
-        print(live_timing.tables(found.measured, warnings))
-    print(f'bag: {found.bag}')
-    print(table(report))
-    measured = live_timing.tables(found.measured, found.warnings) if found.measured else ''
-    outputs.write(report, lambda: recorded_page(analysis, found.bag, found.noted, measured))
-    if broken:
-        fail(broken)
-        return BROKEN
-    return report.exit_code

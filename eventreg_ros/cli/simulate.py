@@ -4,24 +4,13 @@
 from __future__ import annotations
 
 import argparse
-import math
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..errors import EventregError
 from ..files import need_writable
-from .arguments import (
-    add_at,
-    add_blind,
-    add_scenario,
-    add_window,
-    load_scenario,
-    nonnegative,
-    positive,
-    warn,
-    whole,
-)
+from .arguments import add_at, add_blind, add_scenario, add_window, load_scenario, positive, warn
+from .impairments import add_impairments, impairments, warn_of_rounding
 from .report_outputs import ReportOutputs, add_report_outputs
 
 if TYPE_CHECKING:
@@ -29,8 +18,6 @@ if TYPE_CHECKING:
     from ..api import Run
     from ..plots.report import ReportPage
     from ..scenario import Scenario
-
-IMPAIRMENTS = ('delay', 'loss', 'jitter', 'noise', 'seed', 'on')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,29 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--sampled', action='store_true', help='sample by sample, as the nodes do it in lockstep'
     )
-    parser.add_argument(
-        '--delay', type=nonnegative, metavar='D', help='of every link, model time (0); --sampled'
-    )
-    parser.add_argument(
-        '--loss', type=_probability, metavar='P', help='probability per sample (0); --sampled'
-    )
-    parser.add_argument(
-        '--jitter', type=nonnegative, metavar='J',
-        help='extra delay of each sample, uniform from 0 to J, model time (0); --sampled',
-    )  # fmt: skip
-    parser.add_argument(
-        '--noise', type=nonnegative, metavar='SD',
-        help="white noise on every sample of a plant's output: its standard deviation (0)",
-    )  # fmt: skip
-    parser.add_argument('--seed', type=whole(0), metavar='N', help='of loss, jitter and noise (0)')
-    parser.add_argument(
-        '--on', type=_names, metavar='SIGNAL,...',
-        help='the signals whose links are impaired (all); --sampled',
-    )  # fmt: skip
+    add_impairments(parser)
     add_at(parser, 'T', 'model time')
-    parser.add_argument(
-        '--out', type=Path, metavar='F', help='write the signals: .npz, .csv, .parquet'
-    )
+    parser.add_argument('--out', type=Path, metavar='F', help='write .npz, .csv or .parquet')
     parser.add_argument('--bag', type=Path, metavar='DIR', help='write the signals as a rosbag2')
     add_report_outputs(parser)
     add_window(parser)
@@ -77,15 +44,16 @@ def main(args: argparse.Namespace) -> int:
     from ..analysis.report_table import table
     from ..api import judge, simulate
 
-    outputs, impairments = ReportOutputs.of(args), _check(args)
+    outputs, given = ReportOutputs.of(args), impairments(args)
+    _check(args)
     scenario = load_scenario(args)
     _ = scenario.rate, scenario.time_scale  # raises unless all nodes, stimulus too, agree
     duration = _duration(args, scenario)
-    run = simulate(scenario, duration, sampled=args.sampled, at=args.at, **impairments)
+    run = simulate(scenario, duration, sampled=args.sampled, at=args.at, **given)
     report = judge(run, args.settle, args.window, blind=args.blind)
     print(table(report), flush=True)
     warn(report.evidence.warnings)
-    _warn_of_rounding(args.delay, scenario)
+    warn_of_rounding(args.delay, scenario)
     _write(args, run)
     outputs.write(report, lambda: _page(run, report))
     return report.exit_code
@@ -104,38 +72,15 @@ def _duration(args: argparse.Namespace, scenario: Scenario) -> float:
     return duration
 
 
-def _warn_of_rounding(delay: float | None, scenario: Scenario) -> None:
-    h = scenario.time_scale / scenario.rate
-    if not math.isfinite((delay or 0.0) / h):
-        return
-    used = round((delay or 0.0) / h) * h
-    if abs(used - (delay or 0.0)) > 1e-9 * h:
-        print(
-            f'eventreg: --delay {delay:g} was rounded to {used:g}, whole steps of {h:g}; '
-            f'a higher rate has finer ones',
-            file=sys.stderr,
-        )
-
-
-def _check(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the impairments that were given. Raises EventregError before any work is done."""
+def _check(args: argparse.Namespace) -> None:
+    """Raise EventregError, before any work is done, for what could not be written."""
     from ..analysis.export import check_path
 
-    given = {name: getattr(args, name) for name in IMPAIRMENTS}
-    given = {name: value for name, value in given.items() if value is not None}
-    free = {'noise', 'seed'} if 'noise' in given else set()
-    bound = [name for name in given if name not in free]
-    if bound and not args.sampled:
-        raise EventregError(
-            f'--{bound[0]} needs --sampled: without it the loop is one continuous system '
-            f'that has no links; add --sampled'
-        )
     if args.out is not None:
         check_path(args.out)
         need_writable(args.out)
     if args.bag is not None and args.bag.exists():
         raise EventregError(f'bag {args.bag} exists already; remove it or name another directory')
-    return given
 
 
 def _write(args: argparse.Namespace, run: Run) -> None:
@@ -151,17 +96,3 @@ def _page(run: Run, report: Report) -> ReportPage:
     from ..plots.report import simulated_page
 
     return simulated_page(run.over_time(), report, run.scenario)
-
-
-def _names(text: str) -> list[str]:
-    names = [name for name in text.split(',') if name]
-    if not names:
-        raise argparse.ArgumentTypeError(f'must name signals (y,u), got {text!r}')
-    return names
-
-
-def _probability(text: str) -> float:
-    value = nonnegative(text)
-    if value > 1.0:
-        raise argparse.ArgumentTypeError(f'must be a probability from 0 to 1, got {text!r}')
-    return value

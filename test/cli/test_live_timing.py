@@ -4,8 +4,8 @@
 import pytest
 
 from eventreg_ros.cli import live_timing
+from eventreg_ros.cli.live_report import show
 from eventreg_ros.cli.report_outputs import ReportOutputs
-from eventreg_ros.cli.run import show
 from eventreg_ros.runtime.figures import LATE, Percentiles, TickFigures
 from eventreg_ros.session.live import LiveRun
 
