@@ -25,7 +25,7 @@ from .analysis import recorded
 from .analysis.comparison import Comparison
 from .analysis.events import detect
 from .analysis.identification import Identification
-from .bags.reader import read_bag
+from .bags import reader
 from .errors import EventregError, shown
 from .robustness import margins as robustness
 from .robustness.axes import spec_of
@@ -207,6 +207,28 @@ def run(
         composed=composed,
         at=at,
     )
+
+
+def read_bag(
+    bag: str | Path,
+    namespace: str | None = None,
+    *,
+    topics: Sequence[str] = (),
+    time: str | None = None,
+    signals: Collection[str] | None = None,
+) -> Recorded:
+    """Read a bag: its signals over model time, and by ``recording`` as they were recorded.
+
+    ``namespace`` says which topics to read where several hold a y, each of ``topics``,
+    SIGNAL:=TOPIC[:FIELD], names a signal's source, and ``time`` (log, publish or header) which
+    stamps count; ``signals``: only these. What is wrong with the bag is in ``findings``. It is
+    judged, by its own scenario, when it is first asked for its verdict or events, where
+    :func:`analyze` refuses a bag at once that lacks a signal. Raises EventregError, one line, where
+    there is nothing to read.
+    """
+    found = reader.read_bag(bag, namespace, topics=topics, time=time, signals=signals)
+    scenario = recorded.scenario_of(found, None, namespace)
+    return Recorded(recorded.by_scenario(found, scenario))
 
 
 def analyze(

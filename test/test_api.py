@@ -229,4 +229,9 @@ def test_a_bag_is_read_and_judged_like_a_run(tmp_path):
     np.testing.assert_allclose(found.t, run.t, atol=1e-7)
     assert 'rejected' in found._repr_html_()
     assert 'w, y, u' in repr(found).replace('v, ', '')
-    assert set(read_bag(tmp_path / 'bag').signals) == {'w', 'y', 'u'}
+    read = read_bag(tmp_path / 'bag')
+    assert set(read.signals) == set(read.recording.signals) == {'w', 'y', 'u'}
+    assert (read.signals['y'] == found.signals['y']).all()
+    assert (read.t == found.t).all()
+    assert read.events == found.events
+    assert (read.verdict, read.reason, read.findings) == (found.verdict, found.reason, [])

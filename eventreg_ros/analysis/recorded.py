@@ -129,14 +129,18 @@ def analyze(
     EventregError when ``settle`` is not before the end.
     """
     recording = read_bag(bag, namespace, topics=topics, time=time)
-    found = scenario_of(recording, scenario, namespace)
-    if found is not None:
-        _need_signals(bag, recording, found)
-    criteria = found.criteria if found is not None else Criteria()
-    criteria = criteria.overridden(settle=settle, window=window, blind=blind)
-    analysis = Analysis(recording, found, criteria, until, lenient)
+    read = by_scenario(recording, scenario_of(recording, scenario, namespace))
+    if read.scenario is not None:
+        _need_signals(bag, recording, read.scenario)
+    criteria = read.criteria.overridden(settle=settle, window=window, blind=blind)
+    analysis = replace(read, criteria=criteria, until=until, lenient=lenient)
     need_span(criteria, analysis.duration, settle=settle, until=until)
     return analysis
+
+
+def by_scenario(recording: Recording, scenario: Scenario | None) -> Analysis:
+    """Return a recording to be judged by ``scenario``, and by its criteria; None: by names."""
+    return Analysis(recording, scenario, scenario.criteria if scenario else Criteria())
 
 
 def need_span(criteria: Criteria, end: float, *, settle: float | None, until: float | None) -> None:

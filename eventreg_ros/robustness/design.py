@@ -123,6 +123,11 @@ def _design_of(axes: Sequence[Axis], sets: int | None, seed: int, sampling: str)
     if not axes:
         raise EventregError('--sets draws parameters, and none is varied; give -p NODE.PARAM:=A..B')
     sampling = 'random' if sampling == 'grid' else sampling
+    if sampling not in SAMPLINGS:
+        known = ', '.join(SAMPLINGS)
+        raise EventregError(f'sampling must be one of {known}, got {sampling!r}')
+    if sets < 1:
+        raise EventregError(f'sets must be a whole number >= 1, got {sets}; draw one at least')
     if sampling in ('sobol', 'saltelli') and sets & (sets - 1):
         raise EventregError(f'this sample needs a power of 2, got --sets {sets}; take 1024, say')
     return Design(tuple(axes), sampling, sets, seed)

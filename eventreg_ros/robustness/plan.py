@@ -13,6 +13,7 @@ from ..errors import EventregError
 from ..scenario import Scenario
 from ..scenario.hint import hint
 from ..scenario.links import need_linked
+from ..scenario.parameters import parameters_of
 from ..simulation.impairment import Impairment
 from ..simulation.noise import SILENCE, Noise
 from .axes import LINKS, NOISE, Axis, read
@@ -65,6 +66,22 @@ class Plan:
                     f'-p {axis.name}: the scenario has no node {axis.node!r}; it has '
                     + ', '.join(nodes)
                 )
+            if not axis.of_run:
+                self._need_parameter(axis)
+
+    def _need_parameter(self, axis: Axis) -> None:
+        """Raise EventregError unless a node that the axis names may have its parameter."""
+        of_all = axis.node == '/**'
+        named = [node for node in self.scenario.nodes if of_all or node == axis.node]
+        tables = [parameters_of(node, self.scenario.nodes[node]) for node in named]
+        chosen = {a.parameter for a in self.axes if a.node in (axis.node, '/**')}
+        if 'model' in chosen or any(axis.parameter in table for table in tables):
+            return  # another model has other parameters
+        known = [name for table in tables for name in table]
+        raise EventregError(
+            f'-p {axis.name}: {axis.node} has no parameter {axis.parameter!r}'
+            f'{hint(axis.parameter, known)}'
+        )
 
     @property
     def _fixed(self) -> list[str]:

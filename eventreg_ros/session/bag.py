@@ -11,6 +11,8 @@ import numpy as np
 from ..analysis.recorded import Analysis, need_span
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
+from ..bags.finding import Finding
+from ..bags.recording import Recording
 from ..scenario import Criteria, Scenario
 from ..simulation.trajectory import Array
 from .judged import Judged
@@ -26,6 +28,16 @@ class Recorded(Judged):
     def report(self) -> Report:
         """The verdict and everything behind it."""
         return self.analysis.report
+
+    @property
+    def recording(self) -> Recording:
+        """The signals as they were recorded, over ROS time, and where they come from."""
+        return self.analysis.recording
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What the reader found to be wrong with the bag, in model time."""
+        return self.analysis.findings
 
     @property
     def criteria(self) -> Criteria:

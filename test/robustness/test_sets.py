@@ -152,7 +152,6 @@ def test_a_set_as_a_scenario_is_the_same_set():
 @pytest.mark.parametrize(
     ('parameter', 'words'),
     [
-        ('plant.kk:=1..2/2', "no parameter 'kk'"),
         ('plant.x0[7]:=1..2/2', 'count from 0'),
         ('links.seed:={0.5,1}', 'a whole number'),
     ],

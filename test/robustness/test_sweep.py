@@ -149,3 +149,18 @@ def test_the_library_gives_the_same_table():
     frame = pytest.importorskip('pandas') and found.to_dataframe()
     assert len(frame) == 6
     assert sweep('exact', {'plant.k': '1~5%'}, sets=3, seed=2, **more)['plant.k'].std() > 0
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'more', 'words'),
+    [
+        ({'controller.q': [1, 2]}, {}, "controller has no parameter 'q'"),
+        ({'controller.kk': '1..2/2'}, {}, "did you mean 'k'"),
+        ({'/**.kk': [1]}, {}, "has no parameter 'kk'"),
+        ({'controller.k': '1..2'}, {'sets': 0}, 'sets must be a whole number >= 1, got 0'),
+        ({'controller.k': '1..2'}, {'sets': 3, 'sampling': 'dice'}, 'one of random, sobol'),
+    ],
+)
+def test_what_no_set_could_have_is_refused_at_once(parameters, more, words):
+    with pytest.raises(EventregError, match=words):
+        sweep('exact', parameters, **more)
