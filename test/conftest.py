@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,18 @@ for number, handler in (
 
 ROS = ('nodes', 'session')
 """Directories whose tests all need ROS 2; elsewhere the mark stands at the test."""
+
+FACTOR = float(os.environ.get('EVENTREG_FUZZ', '1'))
+"""How many times as many generated cases are tried; `make fuzz` says 20."""
+
+with suppress(ImportError):
+    from hypothesis import HealthCheck, settings
+
+    settings.register_profile(
+        'eventreg', max_examples=int(100 * FACTOR), derandomize=FACTOR == 1.0, deadline=None,
+        database=None, suppress_health_check=[HealthCheck.too_slow],
+    )  # fmt: skip
+    settings.load_profile('eventreg')
 
 SCENARIO = """\
 exosystem:

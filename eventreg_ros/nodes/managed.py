@@ -21,6 +21,7 @@ from ..scenario.qos import check_key, keys_of
 from .declare import declare, fitted, given_to, widened
 from .endpoints import Endpoints
 from .given import as_meant
+from .requests import refusal, refuse_unreadable
 from .topics import DIAGNOSTICS
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -70,6 +71,7 @@ class ManagedNode(Endpoints):
         self.add_pre_set_parameters_callback(lambda changes: widened(self.table, changes))
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._take_change)
+        refuse_unreadable(self)
         self._diagnostics = self.publisher_of(DIAGNOSTICS)
         self._heartbeat = self.steady_timer(1.0, self.publish_diagnostics)
 
@@ -242,7 +244,7 @@ class ManagedNode(Endpoints):
                     self._need_settable(change.name)
             self.verify(self._with(changes)[1])
         except EventregError as error:
-            return SetParametersResult(successful=False, reason=str(error))
+            return refusal(error)
         return SetParametersResult(successful=True)
 
     def _need_settable(self, name: str) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections import deque
 from typing import NamedTuple
 
@@ -60,8 +61,8 @@ class StampedInput:
         self._newest: tuple[int, float] | None = None
         self.received = 0
         self.dropped = Dropped()
-        self.limit = math.inf
-        """Samples of larger magnitude are dropped."""
+        self.limit = sys.float_info.max
+        """Samples of larger magnitude are dropped; so are, at any limit, infinite ones."""
         self._suspect: tuple[int, float] | None = None
         self.sparse = False
         """Whether the sender leaves out samples on purpose."""

@@ -56,7 +56,6 @@ def first_detector(times, values, threshold, reset):
 
 
 @pytest.mark.slow
-@hypothesis.settings(max_examples=600, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS, TIME, TIME)
 def test_offline_is_live_to_the_last_bit(signal, limits, refractory, min_width):
     found = detect(*signal, *limits, refractory, min_width)
@@ -64,7 +63,6 @@ def test_offline_is_live_to_the_last_bit(signal, limits, refractory, min_width):
 
 
 @pytest.mark.slow
-@hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS)
 def test_the_longest_rise_is_the_widest(signal, limits):
     detector = EventDetector(*limits)
@@ -73,7 +71,6 @@ def test_the_longest_rise_is_the_widest(signal, limits):
     assert detector.longest == rises(*signal, *limits).width.max(initial=0.0)
 
 
-@hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS)
 def test_without_width_and_dead_time_nothing_is_new(signal, limits):
     expected = first_detector(*signal, *limits)
@@ -81,7 +78,6 @@ def test_without_width_and_dead_time_nothing_is_new(signal, limits):
 
 
 @pytest.mark.slow
-@hypothesis.settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @hypothesis.given(signals(), LIMITS, TIME, TIME)
 def test_what_the_limits_promise(signal, limits, refractory, min_width):
     found = rises(*signal, *limits)

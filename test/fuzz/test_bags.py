@@ -22,6 +22,8 @@ from eventreg_ros.bags.channel import FLOAT64
 from eventreg_ros.bags.writer import write_bag
 from eventreg_ros.runtime.cdr import packed
 
+pytestmark = pytest.mark.slow
+
 DAMAGED = Path(__file__).resolve().parents[2] / 'bench' / 'damaged.py'
 
 SCENARIO = """\

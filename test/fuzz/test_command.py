@@ -16,6 +16,8 @@ from eventreg_ros.scenario import load, parse, shipped
 from eventreg_ros.scenario.links import OPTIONS
 from eventreg_ros.simulation import jit
 
+pytestmark = pytest.mark.slow
+
 TEXTS = json.loads(Path(__file__).with_name('values.json').read_text(encoding='utf-8'))
 VALUES = [value.strip() for value in TEXTS['values']]
 NUMBERS = [*TEXTS['numbers'], '9' * 5000]

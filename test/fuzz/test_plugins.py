@@ -14,6 +14,9 @@ from eventreg_ros.models import Model, ModelParameter, catalogue, first_state
 from eventreg_ros.simulation import jit
 
 
+pytestmark = pytest.mark.slow
+
+
 class SilentError(Exception):
     """Cannot even be printed."""
 
