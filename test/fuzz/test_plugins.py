@@ -13,7 +13,6 @@ import pytest
 from eventreg_ros.models import Model, ModelParameter, catalogue, first_state
 from eventreg_ros.simulation import jit
 
-
 pytestmark = pytest.mark.slow
 
 
