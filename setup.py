@@ -24,6 +24,7 @@ FRAMES = ['pandas>=2.1', 'xarray>=2024.1', 'pyarrow>=14']
 TEST = [
     *FRAMES,
     'argcomplete>=2.0',
+    'foxglove-sdk>=0.30',
     'pytest>=7.4',
     'pytest-xdist>=3.6',
     'hypothesis>=6.98',
@@ -104,6 +105,7 @@ setup(
         'ros': ROS,
         'fast': ['numba>=0.59'],
         'frames': FRAMES,
+        'live': ['foxglove-sdk>=0.30'],
         'indices': ['SALib>=1.5'],
         'cluster': ['distributed>=2024.1'],
         'completion': ['argcomplete>=2.0'],

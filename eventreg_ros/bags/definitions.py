@@ -52,6 +52,13 @@ Path = tuple[Step, ...]
 """The way to a number: 'velocity[2]' is ('velocity', 2)."""
 
 
+def text_of_type(name: str) -> str:
+    """Return the definition of a type of ROS 2 Jazzy, with those that it is made of."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return str(get_typestore(Stores.ROS2_JAZZY).generate_msgdef(name, ros_version=2)[0])
+
+
 def types_of(channel: Channel) -> Types:
     """Return the type of a channel and those within it. Raises BagError where nobody knows it."""
     try:

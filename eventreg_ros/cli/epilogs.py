@@ -88,6 +88,12 @@ examples:
 examples:
   eventreg set controller.tau 0.0625                  on the run of this machine
   ROS_DOMAIN_ID=5 eventreg set controller.k 3         on the nodes of a domain""",
+    'live': """\
+examples:
+  eventreg live                                       while eventreg run goes on beside it
+  eventreg live --port 9000
+
+It listens on the loopback alone, needs the extra live, and ends with the run or Ctrl-C (0).""",
     'activate': """\
 examples:
   eventreg activate controller                        it starts again from x0""",

@@ -29,6 +29,7 @@ VERBS = {
     'set': 'set a parameter of the running loop',
     'activate': 'switch on a node of the running loop',
     'deactivate': 'switch off a node of the running loop',
+    'live': 'show the running loop in Lichtblick or Foxglove',
     'node': 'run one node, as ros2 run eventreg_ros NODE does',
 }
 """Each verb is a module beside this one; it has ``add_arguments(parser)`` and ``main(args)``."""

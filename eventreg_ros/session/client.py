@@ -17,12 +17,13 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import ReliabilityPolicy
 from std_msgs.msg import Header, UInt64
 from std_srvs.srv import Trigger
 
 from ..errors import EventregError
 from ..nodes import topics
-from ..nodes.ros import RCLError, make_executor
+from ..nodes.ros import RCLError, make_executor, with_info
 from ..runtime.figures import STEP, publishers_of, subscribers_of
 from ..runtime.reached import signed_by
 from ..runtime.tick_grid import SECOND, TickGrid
@@ -41,6 +42,11 @@ _REACHED = {
 
 NAME = 'eventreg_run'
 """The name of the client's own node."""
+
+_TAKEN = {
+    row.type_name: row
+    for row in (topics.SIGNAL, topics.COUNT, topics.EVENT, topics.VERDICT, topics.DIAGNOSTICS)
+}
 
 LOOK = 3.0
 """Seconds without a new node after which all nodes of a domain have been discovered."""
@@ -179,6 +185,23 @@ class Client:
 
         self._subscribe(topics.ALL_REACHED, on_reached)
         return lambda: min(self._reached.values())
+
+    def topics(self) -> dict[str, str]:
+        """Return the topics that somebody publishes, and the type of each."""
+        found = self._node.get_topic_names_and_types()
+        return {topic: kinds[0] for topic, kinds in found if self._node.count_publishers(topic)}
+
+    def knows(self, kind: str) -> bool:
+        """Say whether :meth:`take` takes messages of this type."""
+        return kind in _TAKEN
+
+    def take(self, topic: str, kind: str, callback: Callable[[Any, dict[str, Any]], None]) -> None:
+        """Call ``callback`` with each message of ``topic``, serialised, and what is said of it."""
+        row = _TAKEN[kind]
+        qos = row.qos
+        if not row.latched:
+            qos.reliability = ReliabilityPolicy.BEST_EFFORT  # so that nobody waits for us
+        self._node.create_subscription(row.message, topic, with_info(callback), qos, raw=True)
 
     def now(self) -> float:
         """Return ROS time in seconds."""

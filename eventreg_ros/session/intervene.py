@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import os
 import time
 
 from ..errors import EventregError, ros_is_missing
-from ..nodes import environment
 from ..scenario.hint import hint
 from ..scenario.interventions import Intervention
-from .running import of_domain, the_run
+from .running import of_domain, reaching_environment, the_run
 
 PATIENCE = 5.0
 """Seconds within which the node must be found and answer."""
@@ -26,9 +24,7 @@ def intervene(action: Intervention) -> str:
     if run is not None and action.node not in run.nodes:
         nearest = hint(action.node, run.nodes)
         raise EventregError(f'the run of {run.scenario} has no node {action.node!r}{nearest}')
-    whom = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
-    whom |= run.environment if run is not None else {}
-    environment.check(whom)
+    whom = reaching_environment(run)
     try:
         from .client import Client
     except ImportError as error:

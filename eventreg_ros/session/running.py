@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import EventregError
+from ..nodes import environment
 from .domain import REACH
 
 
@@ -86,6 +87,17 @@ def the_run() -> Running | None:
             f'several runs are active ({which}); choose one: export its ROS_DOMAIN_ID'
         )
     return found[0] if found else None
+
+
+def reaching_environment(run: Running | None) -> dict[str, str]:
+    """Return the environment that reaches ``run``, else whom ROS_* say, on this host.
+
+    Raises EventregError when ROS cannot be used with it.
+    """
+    found = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
+    found |= run.environment if run is not None else {}
+    environment.check(found)
+    return found
 
 
 def of_domain(domain: str) -> str:
