@@ -43,6 +43,9 @@ PYPI = {'foxglove': 'foxglove-sdk'}
 NOT_IMPORTED = {'ros2launch'}
 """What README uses and no file imports."""
 
+FROM_ROS = {'launch_pytest'}
+"""What only tests on ROS machines import."""
+
 STANDARD = {*sys.stdlib_module_names, 'compression'}  # the latter from Python 3.14 on
 
 
@@ -137,8 +140,9 @@ def test_every_dependency_has_a_lower_bound_and_rosbags_an_upper_one(setup):
 
 @pytest.mark.slow
 def test_what_the_tests_import_is_declared(manifest, setup):
-    needed = imported('test') - set(PYPI_AND_ROSDEP) - set(EXTRAS)
+    needed = imported('test') - set(PYPI_AND_ROSDEP) - set(EXTRAS) - FROM_ROS
     ros = {d.name for d in manifest.exec_depends}
+    assert {d.name for d in manifest.test_depends} >= FROM_ROS
     rosdep = {'python3-' + {'catkin_pkg': 'catkin-pkg-modules'}.get(n, n) for n in needed - ros}
     assert rosdep <= {d.name for d in manifest.test_depends}
     pip = requirements([*setup['extras_require']['test'], 'catkin_pkg'])  # which colcon brings

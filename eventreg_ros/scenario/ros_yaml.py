@@ -9,6 +9,7 @@ what they are given (nodes/given.py).
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,13 @@ def dump(data: Any) -> str:
             style = None if isinstance(scalar(text), str) else "'"
             return self.represent_scalar('tag:yaml.org,2002:str', text, style)
 
+        def number(self, value: float) -> Any:
+            if 0.0 < abs(value) < sys.float_info.min:  # rcl takes no decimals so small
+                return self.represent_scalar('tag:yaml.org,2002:str', value.hex())
+            return self.represent_float(value)
+
     Dumper.add_representer(str, Dumper.string)
+    Dumper.add_representer(float, Dumper.number)
     Dumper.add_representer(type(None), Dumper.nothing)
     return str(yaml.dump(data, Dumper=Dumper, sort_keys=False, default_flow_style=None))
 
