@@ -147,7 +147,7 @@ class _Words:
             v = ' and '.join(plant.stimuli)
             words.append(
                 f'stimulus without reference: events that {v} asks for count as spurious; add '
-                '`reference:`'
+                '`reference:` to the file'
             )
         return '; '.join(words)
 

@@ -84,7 +84,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             from ..scenario.hint import hint
 
             return fail(f'no command {verb!r}{hint(verb, VERBS)}')
-        args = build_parser(verb).parse_args(argv)
+        args, unknown = build_parser(verb).parse_known_args(argv)
+        if unknown:
+            return fail(
+                f'unrecognized arguments: {" ".join(unknown)}; see eventreg {args.verb} --help'
+            )
         try:
             with divided(args):
                 return int(module(args.verb).main(args))

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ..errors import EventregError
+from ..scenario.hint import hint
 from .figure import Case, Drawable, PaperFigure, compute_runs
 from .figures_in_paper import SHOWN
 from .figures_of_claims import ARGUED
@@ -45,5 +46,5 @@ def find(names: Iterable[str]) -> list[Figure]:
     """Return the figures of these names, or all if there is none. Raises EventregError."""
     names = list(names)
     if unknown := [name for name in names if name not in FIGURES]:
-        raise EventregError(f'no figure {unknown[0]!r}; name one of {", ".join(FIGURES)}')
+        raise EventregError(f'no figure {unknown[0]!r}{hint(unknown[0], FIGURES, "there are")}')
     return [figure for name, figure in FIGURES.items() if name in names or not names]

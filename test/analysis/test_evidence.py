@@ -279,7 +279,7 @@ def test_a_run_that_ends_before_settling(loop):
          'y missed 1 event of y_r, the first at 170.0'),
         ({'y': [130], 'v': []},
          'after t = 100 y had 1 event that nothing asks for, the first at 130.0; stimulus without '
-         'reference: events that v asks for count as spurious; add `reference:`'),
+         'reference: events that v asks for count as spurious; add `reference:` to the file'),
     ],
 )  # fmt: skip
 def test_every_verdict_has_its_reason_in_words(loop, events, reason):

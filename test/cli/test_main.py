@@ -36,7 +36,7 @@ def test_help_names_every_verb(capsys):
     [
         (['nonsense'], "no command 'nonsense'"),
         (['analyze'], 'analyze needs a bag: give its path, or --last'),
-        (['analyze', 'bag', '--nonsense'], 'unrecognized arguments: --nonsense'),
+        (['analyze', 'bag', '--nonsense'], '--nonsense; see eventreg analyze --help'),
         (['analyze', 'bag', '--sett', '1'], 'unrecognized arguments: --sett 1'),
         (['analyze', 'bag', '--settle', 'soon'], "a finite number >= 0, got 'soon'"),
         (['analyze', 'bag', '--settle', 'nan'], "a finite number >= 0, got 'nan'"),

@@ -419,7 +419,7 @@ def test_figures_are_found_by_name_in_the_order_of_the_table():
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        (['nonsense'], "no figure 'nonsense'; name one of not_contractive, exact"),
+        (['nonsense'], "no figure 'nonsense'; there are antiphase, delay_margin, exact"),
         (['exact', '-p', 'controller.tau:=-1'], 'controller.tau must be'),
         (['exact', '--format', 'gif'], 'invalid choice'),
         (['exact', '--page', 'x.md', '--format', 'png'], 'add --format svg'),
