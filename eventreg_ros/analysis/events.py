@@ -19,14 +19,28 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import EventregError
 from ..scenario.criteria import RESET, THRESHOLD, Criteria
+from .signal import Signal
 
 Array = npt.NDArray[np.float64]
+
+
+class Risen(NamedTuple):
+    """How a signal has been above, in the unit of its times.
+
+    ``longest`` is how long the longest rise lasted, event or not, one that goes on too; 0: none.
+    ``since`` is from when on it has been at or above threshold all the time, None where it has not
+    been in the end.
+    """
+
+    longest: float
+    since: float | None
 
 
 class EventDetector:
@@ -56,6 +70,7 @@ class EventDetector:
         self._up: float | None = None
         """When the signal rose that has not been at reset since."""
         self._longest = 0.0
+        self._since: float | None = None
         self._ready = -math.inf
         """The end of the dead time."""
 
@@ -78,14 +93,18 @@ class EventDetector:
             if self._up is not None:
                 self._longest = max(self._longest, self._crossing(self.reset, t, value) - self._up)
             self._armed, self._rise, self._up = True, None, None
+        if value < self.threshold:
+            self._since = None
+        elif self._since is None:
+            self._since = t
         self._t, self._value = t, value
         return event
 
     @property
-    def longest(self) -> float:
-        """How long the longest rise has lasted, event or not, one that goes on too; 0: none."""
+    def risen(self) -> Risen:
+        """How the signal has been above so far."""
         lasting = 0.0 if self._up is None or self._t is None else self._t - self._up
-        return max(self._longest, lasting)
+        return Risen(max(self._longest, lasting), self._since)
 
     def _confirmed(self, rise: float, t: float, value: float) -> float | None:
         """Return the time of the pending rise, and count it, if it has lasted long enough."""
@@ -163,6 +182,15 @@ def rises(
     seen = np.full(len(up), t[-1] if len(t) else np.nan)
     seen[over] = end[over]
     return Rises(start, end, seen - start)
+
+
+def up_since(signal: Signal, threshold: float, stop: float) -> float | None:
+    """Return since when a recorded signal has been up at ``stop``, as :class:`Risen` says it."""
+    t, x = finite(*signal)
+    last = int(np.searchsorted(t, stop, side='right'))
+    low = np.flatnonzero(x[:last] < threshold)
+    after = int(low[-1]) + 1 if len(low) else 0
+    return float(t[after]) if after < last else None
 
 
 def detect(

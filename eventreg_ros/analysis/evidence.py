@@ -15,16 +15,18 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bags.finding import IMPAIRING, Finding
-from .signal import Signal, Span
+from .events import Risen, up_since
+from .signal import Signal, Signals, Span
 from .subject import Subject
 
 PER_SPIKE = 4.0
 """Samples within a spike of the disturbance, at least; with fewer a smaller spike may be missed."""
 
 UNSEEN, THIN, NOT_FINITE, ENDS_EARLY = 'unseen', 'thin', 'not-finite', 'ends-early'
+STUCK = 'stuck'
 """Codes of what the samples themselves show; those of a reader are in :mod:`..bags.finding`."""
 
-WITHHOLDING = IMPAIRING | {UNSEEN, THIN, ENDS_EARLY}
+WITHHOLDING = IMPAIRING | {UNSEEN, THIN, ENDS_EARLY, STUCK}
 """Codes after which nothing is called rejected."""
 
 
@@ -66,9 +68,20 @@ class Evidence:
         return not any(a < stop and b > start for a, b in self.unseen.get(signal, ()))
 
 
-def complete(start: float, end: float) -> Evidence:
-    """Return the evidence of a simulation from ``start`` to its ``end``: nothing is unseen."""
-    return Evidence((start, max(start, end)), {}, {}, ())
+def complete(subject: Subject, signals: Signals, end: float) -> Evidence:
+    """Return the evidence of a simulation up to its ``end``: nothing is unseen.
+
+    ``signals`` are those of the plants and their references at least.
+    """
+    limits = subject.criteria
+    span = (limits.settle, max(limits.settle, end))
+    judged = {name for plant in subject.plants for name in (plant.output, plant.reference) if name}
+    risen = {
+        name: Risen(0.0, up_since(signals[name], limits.threshold, span[1]))
+        for name in judged
+        if name in signals
+    }
+    return Evidence(span, {}, {}, tuple(_held_up(subject, risen, span)))
 
 
 def coverage_of(signal: Signal, blind: float) -> Coverage | None:
@@ -99,20 +112,21 @@ def gather(
     span: Span,
     end: float,
     findings: Sequence[Finding] = (),
-    rises: Mapping[str, float] | None = None,
+    risen: Mapping[str, Risen] | None = None,
 ) -> Evidence:
     """Return the evidence for a verdict on ``span``, of a recording that ends at ``end``.
 
     ``coverage`` is that of each signal that is there. ``findings`` are the reader's, in model time;
-    ``rises`` says how long the longest spike of each signal lasts (model time), where it has any.
+    ``risen`` says in model time how each signal has been above, where that is known.
     """
-    blind, spike = subject.criteria.blind, _spike(subject, rises or {})
+    blind, spike = subject.criteria.blind, _spike(subject, risen or {})
     unseen = {name: _unseen(coverage.get(name), span, blind) for name in subject.needed}
     warnings = [*findings]
     if subject.duration is not None and end < subject.duration - blind:
         warnings.append(_ends_early(end, subject.duration))
     for name, stretches in unseen.items():
         warnings += _of_signal(name, coverage.get(name), stretches, span, blind, spike)
+    warnings += _held_up(subject, risen or {}, span)
     return Evidence(
         span=span,
         seen={name: _share(stretches, span) for name, stretches in unseen.items()},
@@ -121,13 +135,35 @@ def gather(
     )
 
 
-def _spike(subject: Subject, rises: Mapping[str, float]) -> float | None:
+def _held_up(subject: Subject, risen: Mapping[str, Risen], span: Span) -> list[Finding]:
+    """Return what is to be said of outputs that are up all the time: no event could be seen.
+
+    A reference that is up as long asks for nothing else.
+    """
+    since = {name: each.since for name, each in risen.items() if each.since is not None}
+    up = {name: t for name, t in since.items() if t <= span[0] < span[1]}
+    return [
+        _stuck(plant.output, up[plant.output])
+        for plant in subject.plants
+        if plant.output in up and plant.reference not in up
+    ]
+
+
+def _stuck(name: str, since: float) -> Finding:
+    text = (
+        f'{name} has been above its threshold all the time since {since:.1f}, so no event can '
+        'begin: see whether it diverged, or give threshold and reset that fit it'
+    )
+    return Finding(STUCK, name, since, text)
+
+
+def _spike(subject: Subject, risen: Mapping[str, Risen]) -> float | None:
     """Return how long the longest spike of the disturbances lasts; None without any.
 
     The longest, since noise makes short ones.
     """
     names = {name for plant in subject.plants for name in plant.disturbances}
-    return max((rises[name] for name in names if name in rises), default=0.0) or None
+    return max((risen[name].longest for name in names if name in risen), default=0.0) or None
 
 
 def _unseen(coverage: Coverage | None, span: Span, blind: float) -> tuple[Span, ...]:

@@ -12,6 +12,7 @@ from ..models.roles import SIGNALS
 from ..scenario import Criteria, parse
 from .coded import Coded, codings
 from .decision import Decision, PlantDecision, decide, summary
+from .events import Risen
 from .evidence import Coverage, Evidence, coverage, gather
 from .signal import Span, is_of
 from .subject import Subject, subject_by_name, subject_of
@@ -130,19 +131,22 @@ class LiveJudge:
         """Return the model time at ``t`` seconds; before the first sample 0."""
         return 0.0 if self._since is None else self._base + (t - self._since) * self._scale
 
-    def verdict(self, now: float, rises: Mapping[str, float] | None = None) -> LiveVerdict:
+    def verdict(self, now: float, risen: Mapping[str, Risen] | None = None) -> LiveVerdict:
         """Return the verdict so far, at ``now`` seconds.
 
-        ``rises`` says how long the longest spike of each signal has lasted, in seconds, where it
-        has any.
+        ``risen`` says in seconds how each signal has been above, where that is known.
         """
         t, settle = self.model_time(now), self._subject.criteria.settle
         coverage = {name: watch.coverage(t) for name, watch in self._seen.items()}
-        longest = {name: seconds * self._scale for name, seconds in (rises or {}).items()}
+        above = {name: self._in_model_time(each) for name, each in (risen or {}).items()}
         span = (settle, max(settle, t))
-        evidence = gather(self._subject, coverage, span, t, rises=longest)
+        evidence = gather(self._subject, coverage, span, t, risen=above)
         plants = decide(self._subject, self._events, evidence)
         return LiveVerdict(t, summary(plants), plants, evidence, self.margin_used)
+
+    def _in_model_time(self, risen: Risen) -> Risen:
+        since = None if risen.since is None else self.model_time(risen.since)
+        return Risen(risen.longest * self._scale, since)
 
     def note_margin(self, part: float) -> None:
         """Take which part of the delay margin a block has measured to be used."""

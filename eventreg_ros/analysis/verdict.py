@@ -15,7 +15,7 @@ from ..models.model import output_beside
 from ..printed import Printed
 from .changes import Change
 from .decision import Decision, PlantDecision, decide, summary
-from .events import Rises, rises
+from .events import Risen, Rises, rises, up_since
 from .evidence import Coverage, Evidence, coverage_of, gather
 from .learning import Learned, after, learned
 from .learning import findings as learning_findings
@@ -137,8 +137,8 @@ def judge(
         for name, each in found.items()
     }
     coverage = {name: _coverage(signals, name, criteria.blind) for name in subject.needed}
-    widths = {name: float(each.width.max(initial=0.0)) for name, each in found.items()}
-    evidence = gather(subject, coverage, span, end, findings, widths)
+    risen = {name: _risen(signals[name], each, subject, span) for name, each in found.items()}
+    evidence = gather(subject, coverage, span, end, findings, risen)
     plants = decide(subject, events, evidence, lenient=lenient)
     reports = tuple(_report(each, signals, span) for each in plants)
     decision: Decision = summary(plants)
@@ -186,6 +186,11 @@ def _events(found: Rises, subject: Subject) -> list[float]:
     limits = subject.criteria
     times: list[float] = found.start[found.events(limits.refractory, limits.min_width)].tolist()
     return times
+
+
+def _risen(signal: Signal, found: Rises, subject: Subject, span: Span) -> Risen:
+    since = up_since(signal, subject.criteria.threshold, span[1])
+    return Risen(float(found.width.max(initial=0.0)), since)
 
 
 def _coverage(signals: Signals, name: str, blind: float) -> Coverage | None:

@@ -186,8 +186,8 @@ class SpikeMonitor(ManagedNode):
         """Publish the verdict so far."""
         if self.stage != ACTIVE:
             return
-        rises = {signal: detector.longest for signal, detector in self.detectors.items()}
-        found = self.judge.verdict(self._seconds(self._now()), rises)
+        risen = {signal: detector.risen for signal, detector in self.detectors.items()}
+        found = self.judge.verdict(self._seconds(self._now()), risen)
         decision = found.decision
         status = DiagnosticStatus(
             level=LEVELS[decision.verdict],

@@ -10,6 +10,7 @@ from ..analysis.decision import decide, summary
 from ..analysis.events import detect
 from ..analysis.evidence import complete
 from ..analysis.rejection import NOT_REJECTED, REJECTED
+from ..analysis.signal import Signal
 from ..analysis.subject import subject_of
 from ..errors import EventregError, ModelError
 from ..scenario import Scenario
@@ -124,8 +125,9 @@ class Evaluator:
         except EventregError:  # all else that it may complain of was checked at the start
             return NOT_REJECTED
         limits = self._subject.criteria.detector
-        events = {s: detect(run.t, run.signals[s], *limits) for s in self._subject.needed}
-        evidence = complete(self._setting.settle, float(run.t[-1]))
+        signals = {s: Signal(run.t, run.signals[s]) for s in self._subject.needed}
+        events = {s: detect(t, x, *limits) for s, (t, x) in signals.items()}
+        evidence = complete(self._subject, signals, float(run.t[-1]))
         return summary(decide(self._subject, events, evidence)).verdict
 
     def _loop_for(self, impairment: Impairment) -> SampledLoop:

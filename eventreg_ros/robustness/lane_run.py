@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..analysis.rejection import REJECTED
 from ..analysis.subject import Subject
 from ..errors import EventregError
 from ..simulation.block import BlockSpec
@@ -26,7 +27,7 @@ from ..simulation.noise import SILENCE, Noise, draws
 from ..simulation.sampled import Waveform
 from ..simulation.trajectory import Array
 from .lane_judge import judge_lanes
-from .outcome import Case, Outcomes, Rows, nothing, one_by_one
+from .outcome import VERDICTS, Case, Outcomes, Rows, nothing, one_by_one
 
 MOST = 1 << 30
 """Bytes that one block of lanes may take; longer runs go one by one."""
@@ -120,6 +121,9 @@ def run_alike(
     mapped = pool.map(group.run, blocks) if pool else map(group.run, blocks)
     for places, (found, holds) in zip(blocks, mapped, strict=True):
         rows[places] = found[: len(places)]
+        # An output so far up without an event may be up all the time: it is judged by itself.
+        up = found['peak'] >= template.subject.criteria.threshold
+        holds = holds & ~(up & (found['verdict'] == VERDICTS.index(REJECTED)))
         for i in places[~holds[: len(places)]].tolist():
             rows[i], reason = one_by_one(group.case(i))
             if reason:

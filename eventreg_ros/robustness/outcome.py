@@ -98,7 +98,7 @@ def judged(run: Trajectory, subject: Subject) -> Rows:
     limits = subject.criteria
     signals = {s: Signal(run.t, run.signals[s]) for s in subject.needed}
     events = {s: detect(t, x, *limits.detector) for s, (t, x) in signals.items()}
-    evidence = complete(limits.settle, float(run.t[-1]))
+    evidence = complete(subject, signals, float(run.t[-1]))
     found = summary(decide(subject, events, evidence))
     row = nothing(1)
     row['verdict'] = VERDICTS.index(found.verdict)

@@ -4,9 +4,11 @@
 import itertools
 import math
 
+import numpy as np
 import pytest
 
-from eventreg_ros.analysis.events import EventDetector, detect, rises
+from eventreg_ros.analysis.events import EventDetector, detect, rises, up_since
+from eventreg_ros.analysis.signal import Signal
 
 hypothesis = pytest.importorskip('hypothesis')
 st = hypothesis.strategies
@@ -64,11 +66,12 @@ def test_offline_is_live_to_the_last_bit(signal, limits, refractory, min_width):
 
 @pytest.mark.slow
 @hypothesis.given(signals(), LIMITS)
-def test_the_longest_rise_is_the_widest(signal, limits):
+def test_how_a_signal_was_above(signal, limits):
     detector = EventDetector(*limits)
     for t, x in zip(*signal, strict=True):
         detector.push(t, x)
-    assert detector.longest == rises(*signal, *limits).width.max(initial=0.0)
+    assert detector.risen.longest == rises(*signal, *limits).width.max(initial=0.0)
+    assert detector.risen.since == up_since(Signal(*map(np.array, signal)), limits[0], math.inf)
 
 
 @hypothesis.given(signals(), LIMITS)

@@ -6,7 +6,16 @@ import random
 import numpy as np
 import pytest
 
-from eventreg_ros.analysis.evidence import ENDS_EARLY, NOT_FINITE, THIN, UNSEEN, coverage_of, gather
+from eventreg_ros import simulate
+from eventreg_ros.analysis.evidence import (
+    ENDS_EARLY,
+    NOT_FINITE,
+    STUCK,
+    THIN,
+    UNSEEN,
+    coverage_of,
+    gather,
+)
 from eventreg_ros.analysis.report_json import as_json
 from eventreg_ros.analysis.signal import Signal
 from eventreg_ros.analysis.subject import JudgedPlant, Subject, subject_by_name
@@ -200,6 +209,44 @@ def test_a_spike_must_hold_four_samples(name, period, verdict):
 
 def test_no_sample_in_blind_is_too_thin_whatever_the_spikes_are():
     assert report(slow(2.0), blind=1.5).verdict == 'undecided'
+
+
+def up(signals, name, start, stop, value=2.0):
+    """The signals with one of them held at ``value`` from ``start`` to ``stop``."""
+    t, x = signals[name]
+    return {**signals, name: Signal(t, np.where((t >= start) & (t < stop), value, x))}
+
+
+@pytest.mark.parametrize(
+    ('stretch', 'verdict', 'codes'),
+    [
+        ((50.0, 999.0), 'undecided', [STUCK]),
+        ((0.0, 999.0), 'undecided', [STUCK]),  # above from the start
+        ((0.0, 99.0), 'rejected', []),
+        ((90.0, 120.0), 'rejected', []),  # it came back, and then could be seen to rise
+        ((105.0, 999.0), 'not rejected', []),  # its rise is an event
+        ((50.0, 999.0, 0.9), 'rejected', []),  # above reset only
+    ],
+)
+def test_an_output_that_stays_up_is_not_called_rejected(loop, stretch, verdict, codes):
+    found = report(up(loop(), 'y', *stretch))
+    assert (found.verdict, [w.code for w in found.evidence.warnings]) == (verdict, codes)
+    assert report(up(loop(), 'y', *stretch), lenient=True).verdict != 'undecided'
+    if codes:
+        assert f'above its threshold all the time since {stretch[0]:.1f}, so' in found.reason
+
+
+def test_an_output_that_stays_up_as_its_reference_does_is_judged(loop):
+    signals = up(loop(y_r=[]), 'y', 50.0, 999.0)
+    assert report(signals).verdict == 'undecided'
+    assert report(up(signals, 'y_r', 60.0, 999.0)).verdict == 'rejected'
+    assert report(up(signals, 'y_r', 60.0, 150.0)).verdict == 'undecided'
+
+
+def test_a_loop_that_diverges_at_once_is_not_called_rejected():
+    run = simulate('linear', {'controller.gain': [-3.0, 2.0]})
+    assert run['y'][-1] > 1e200
+    assert run.verdict == 'undecided'
 
 
 def test_a_recording_that_ends_before_the_scenario_asks_for_is_undecided(loop):

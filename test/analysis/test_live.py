@@ -24,8 +24,8 @@ class Monitor:
         self.detectors = {}
 
     @property
-    def rises(self):
-        return {signal: detector.longest for signal, detector in self.detectors.items()}
+    def risen(self):
+        return {signal: detector.risen for signal, detector in self.detectors.items()}
 
     def push(self, signal, seconds, value):
         detector = self.detectors.setdefault(
@@ -48,11 +48,11 @@ def played(live, criteria, signals, asked):
     asked = list(asked)
     for t, name, x in samples:
         while asked and t > asked[0]:
-            yield asked[0], live.verdict(asked[0] / SCALE, monitor.rises)
+            yield asked[0], live.verdict(asked[0] / SCALE, monitor.risen)
             asked.pop(0)
         monitor.push(name, t / SCALE, x)
     for t in asked:
-        yield t, live.verdict(t / SCALE, monitor.rises)
+        yield t, live.verdict(t / SCALE, monitor.risen)
 
 
 def broken(signal, draw):

@@ -53,6 +53,14 @@ def test_a_sweep_has_a_row_with_the_reason():
         assert reason.startswith("model 'missing' cannot be evaluated: KeyError: 7; fix")
 
 
+def test_a_loop_that_diverges_at_once_is_not_called_rejected():
+    found = sweep('linear', {'controller.gain[0]': [-3.0, 1.0], 'controller.gain[1]': [2.0, 0.0]})
+    rows = found.to_dataframe().itertuples()
+    verdicts = {(row[1], row[2]): row.verdict for row in rows}
+    assert verdicts[-3.0, 2.0] == 'undecided'
+    assert verdicts[1.0, 0.0] == 'rejected'
+
+
 def test_margins_end_with_its_name():
     with pytest.raises(ModelError, match="model 'missing' cannot be evaluated: KeyError: 7; fix"):
         margins(using('missing'))
