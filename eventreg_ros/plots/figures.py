@@ -180,7 +180,7 @@ def _apart(times: Array, least: float) -> list[float]:
     """Return those of ``times`` that are at least so far from the one before."""
     kept: list[float] = []
     for time in times.tolist():
-        if not kept or time - kept[-1] >= least:
+        if not kept or time - kept[-1] >= least - 1e-9:
             kept.append(time)
     return kept
 

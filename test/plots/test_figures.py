@@ -267,7 +267,7 @@ def test_the_marks_of_the_raster_are_the_messages():
         sent = simulate(scenario, figure.duration, sampled=True).messages['u']
         assert np.count_nonzero(d.columns[f'{name}.sent']) == pytest.approx(sent, abs=0.5)
     ticks = [np.array(marks.get_positions()) for marks in picture('messages').axes[-1].collections]
-    assert np.diff(ticks[0]).max() < 0.3, 'a band: more marks would be on top of each other'
+    assert np.diff(ticks[0]).max() < 0.301, 'a band: more marks would be on top of each other'
     np.testing.assert_array_equal(ticks[2], d.t[d.columns['spikes.sent'] != 0.0])
     assert np.isin(ticks[1], d.t[d.columns['delta.sent'] != 0.0]).all()
 
