@@ -7,10 +7,12 @@ import os
 import re
 import socket
 import sys
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from ..errors import EventregError, shown
+from ..files import reason_of
 
 DOMAIN, PEERS, RMW = 'ROS_DOMAIN_ID', 'ROS_STATIC_PEERS', 'RMW_IMPLEMENTATION'
 SECURITY = 'ROS_SECURITY_ENABLE'
@@ -95,6 +97,18 @@ def _check_peers(environment: Mapping[str, str]) -> None:
 def _check_logs(environment: Mapping[str, str]) -> None:
     if not any(environment.get(name) for name in ('ROS_LOG_DIR', 'ROS_HOME', 'HOME')):
         raise EventregError('ROS has no place for its logs: HOME is not set; set it or ROS_LOG_DIR')
+    home = environment.get('ROS_HOME') or str(Path(environment.get('HOME', '')) / '.ros')
+    place = environment.get('ROS_LOG_DIR') or str(Path(home) / 'log')
+    try:
+        directory = Path(os.path.expanduser(place))
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            pass
+    except (OSError, ValueError) as error:
+        why = reason_of(error) if isinstance(error, OSError) else str(error)
+        raise EventregError(
+            f'ROS cannot write its logs to {shown(place)}: {why}; set ROS_LOG_DIR to another place'
+        ) from None
 
 
 def without_security() -> bool:

@@ -61,6 +61,8 @@ class ManagedNode(Endpoints):
         self.label = name if kind_of(name) == kind else kind
         """The name whose defaults hold: controller_b publishes u_b."""
         self.stage = UNCONFIGURED
+        self.closing = False
+        """Whether the process, or the node in it, is about to end."""
         self.fault: str | None = None
         self._stages = {stage: ExitStack() for stage in (UNCONFIGURED, INACTIVE, ACTIVE)}
         self.stack = self._stages[UNCONFIGURED]
@@ -132,6 +134,7 @@ class ManagedNode(Endpoints):
 
     def close(self) -> None:
         """Release everything; the context may be shut down already."""
+        self.closing = True
         for stage in (ACTIVE, INACTIVE):
             self._stages[stage].close()
         self.stage = UNCONFIGURED
@@ -240,16 +243,17 @@ class ManagedNode(Endpoints):
     def _check_change(self, changes: Sequence[RosParameter]) -> SetParametersResult:
         try:
             for change in changes:
-                if change.value != self.values.get(change.name):
-                    self._need_settable(change.name)
+                self._need_settable(change.name, change.value)
             self.verify(self._with(changes)[1])
         except EventregError as error:
             return refusal(error)
         return SetParametersResult(successful=True)
 
-    def _need_settable(self, name: str) -> None:
+    def _need_settable(self, name: str, value: object) -> None:
         row = self.table.get(name)
         if row is not None and row.settable == START:
+            if value == self.values[name]:
+                return  # what was dumped can be loaded again
             raise ParameterError(
                 f'{self.label}.{name} names a file, so it can be given only as the node is '
                 f'started; start it anew with -p {name}:=VALUE'

@@ -6,9 +6,7 @@ from __future__ import annotations
 import ctypes
 import inspect
 import os
-import signal
 import sys
-import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,14 +15,15 @@ import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
-from .. import interrupts
 from ..errors import EventregError, complain, confess
 from ..scenario.names import KINDS
 from ..scenario.parameters import parameters_of
 from . import environment
+from .ending import Ending
 from .executables import answer, own_words
 from .given import as_meant, refusal
 
@@ -46,11 +45,12 @@ def make_executor(context: Any = None) -> Any:
     return EventsExecutor(context=context)
 
 
-def spin(executor: Any, context: Any = None) -> None:
-    """Run the callbacks of ``executor`` until its context is shut down."""
-    never = Future()
-    while (context or get_default_context()).ok():
-        executor.spin_until_future_complete(never, _PATIENCE)
+def spin(executor: Any, ending: Ending) -> None:
+    """Run the callbacks of ``executor`` until a signal comes, or its context is shut down."""
+    end = Future()
+    ending.call(lambda: end.set_result(None))
+    while get_default_context().ok() and not end.done():
+        executor.spin_until_future_complete(end, _PATIENCE)
 
 
 def with_info(callback: Callable[[Any, dict[str, Any]], None]) -> Callable[..., None]:
@@ -83,22 +83,20 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
 
 def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = None) -> int:
     """Run several nodes in one executor; otherwise as :func:`run_node`."""
-    stopped = _note_signals()
+    ending = Ending()
     _wake_promptly()
     nodes: list[Any] = []
     try:
         _init(list(sys.argv if args is None else args))
-        _live(nodes, makes, stopped)
+        _live(nodes, makes, ending)
     except Exception as error:
-        # A signal shuts the context down under whatever call is on its way.
-        return 0 if stopped or _was_shut_down() else _refuse(error)
+        return 0 if _was_shut_down() else _refuse(error)
     finally:
-        for node in nodes:
+        # The recorder first: what the others say last is no part of the run.
+        for node in sorted(nodes, key=lambda node: getattr(node, 'kind', '') != 'recorder'):
             node.close()
         get_default_context().try_shutdown()
-        # Python's own handlers go as it ends, ros2 launch signals once more by then: ignore it.
-        for each in interrupts.SIGNALS:
-            signal.signal(each, signal.SIG_IGN)
+        ending.over()
     return 0
 
 
@@ -108,7 +106,7 @@ def _init(arguments: list[str]) -> None:
     environment.check_security(os.environ)
     with as_meant(arguments) as meant:
         try:
-            rclpy.init(args=meant)
+            rclpy.init(args=meant, signal_handler_options=SignalHandlerOptions.NO)
         except Exception as error:
             what = 'unknown ROS arguments ' if isinstance(error, UnknownROSArgsError) else ''
             why = refusal(arguments) or what + str(error).split(', at ')[0]
@@ -129,17 +127,19 @@ def _refuse(error: Exception) -> int:
     return confess('eventreg_ros', error)
 
 
-def _live(nodes: list[Any], makes: Sequence[Callable[[], Any]], stopped: list[int]) -> None:
-    """Make the nodes, put them on ``nodes``, start them, and spin until the context ends."""
+def _live(nodes: list[Any], makes: Sequence[Callable[[], Any]], ending: Ending) -> None:
+    """Make the nodes, put them on ``nodes``, start them, and spin until a signal comes."""
     executor = make_executor()
     for make in makes:
+        if ending.asked:
+            return
         nodes.append(make())
         executor.add_node(nodes[-1])
     try:
         for node in nodes:
-            node.bring_up()
-        if not stopped:
-            spin(executor)
+            if not ending.asked:
+                node.bring_up()
+        spin(executor, ending)
     except ExternalShutdownException:
         pass
 
@@ -148,26 +148,3 @@ def _wake_promptly() -> None:
     """Ask Linux not to put off timers of this process by its usual 50 us."""
     if sys.platform.startswith('linux'):
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1)
-
-
-def _note_signals() -> list[int]:
-    """Return a list that signals are noted in, instead of ending the process.
-
-    rclpy sets its own handlers for SIGINT and SIGTERM on top and shuts its context down; ours
-    remain below, since a second signal, as ros2 launch sends one, must not break into the closing
-    of a bag. SIGHUP becomes SIGTERM.
-    """
-    noted: list[int] = []
-    for each in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(each, lambda number, _: noted.append(number))
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
-        # Only a thread can take it: no Python runs in this one while the executor waits.
-        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])
-        threading.Thread(target=_pass_on, args=[signal.SIGHUP], daemon=True).start()
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT, signal.SIGTERM])
-    return noted
-
-
-def _pass_on(number: int) -> None:
-    signal.sigwait([number])
-    os.kill(os.getpid(), signal.SIGTERM)

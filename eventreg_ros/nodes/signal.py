@@ -6,6 +6,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
+
+from rclpy.duration import Duration
 
 from ..runtime.cdr import packed
 from ..runtime.stamped_input import StampedInput
@@ -22,10 +25,14 @@ from .lockstep import Lockstep, Participant
 from .managed import OK, WARN, FaultError, ManagedNode, Status
 from .pace import Inputs, Lines, Pace, Tick
 from .realtime import RealTime, Timing
+from .ros import RCLError
 from .sequenced import Schedule, SequencedInputs
 from .spike_input import SpikeInput
 from .stamped import DelayMargin, StampedInputs
 from .topics import signal_topic
+
+LAST_WORD = 0.1
+"""Seconds that the last sample of a process that ends may take to arrive."""
 
 
 class SignalNode(ManagedNode):
@@ -138,7 +145,7 @@ class SignalNode(ManagedNode):
             inputs.margin = DelayMargin(margin, warn, values['time_scale'], self.h)
 
     def begin(self) -> None:
-        """Start at sample 0; on leaving, the output goes to 0.
+        """Start at sample 0; on leaving, the output goes to 0, see :meth:`_leave_at_rest`.
 
         In lockstep, where the others wait for every sample, a node that is switched off goes on
         publishing 0, and its samples go on to be numbered when it is switched on again.
@@ -151,10 +158,22 @@ class SignalNode(ManagedNode):
         if self.values['lockstep']:
             self._begin_lockstep()
             return
-        self.stack.callback(self.send, self.publisher, packed(0.0))
+        self.stack.callback(self._leave_at_rest)
         timing = Timing(*(self.values[name] for name in Timing._fields))
         self.pace = RealTime(self, timing, self)
         self.pace.begin()
+
+    def _leave_at_rest(self) -> None:
+        """Publish a last 0; when the process ends, a controller alone does so.
+
+        A plant may hold what it was given last. What others measure ends with their last sample.
+        """
+        if self.closing and self.kind != 'controller':
+            return
+        self.send(self.publisher, packed(0.0))
+        if self.closing:
+            with suppress(RCLError):  # a middleware that cannot wait for it
+                self.publisher.wait_for_all_acked(Duration(seconds=LAST_WORD))
 
     def _begin_lockstep(self) -> None:
         self.off, self.starting = False, self.pace is not None

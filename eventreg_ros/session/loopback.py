@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from ..errors import EventregError, shown
+
 RANGE, PEERS, RMW = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'RMW_IMPLEMENTATION'
 
 PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
@@ -76,11 +78,12 @@ def closed(environment: Mapping[str, str], directory: Path) -> Reach:
 
     The profiles are written to ``directory``, which must outlive them. Profiles that the
     environment names already are left as they are, and so is another middleware than Fast DDS; a
-    note says so.
+    note says so. Raises EventregError for profiles that are not there.
     """
     found, notes = dict(environment), []
     if (theirs := _profiles_of(found)) is not None:
         found.setdefault(RANGE, 'LOCALHOST')
+        _need_file(theirs)
         notes.append(f'your Fast DDS profiles ({theirs}) say who can reach the run')
         return Reach(found, found, notes)
     if 'fastrtps' not in (found.get(RMW) or 'rmw_fastrtps_cpp'):
@@ -97,6 +100,13 @@ def closed(environment: Mapping[str, str], directory: Path) -> Reach:
         for name, transports in (('nodes', NODES), ('client', CLIENT))
     )
     return Reach(nodes, client, notes)
+
+
+def _need_file(given: str) -> None:
+    """Raise EventregError for profiles that are not there: Fast DDS goes without, and is open."""
+    variable, equals, path = given.partition('=')
+    if equals and not Path(path).is_file():
+        raise EventregError(f'{variable} must name a file, got {shown(path)}; unset it')
 
 
 def _written(file: Path, transports: Sequence[str]) -> str:

@@ -93,4 +93,15 @@ def bench(domain):
     context.try_shutdown()
 
 
+@pytest.fixture
+def launch(domain, spawn):
+    """Start a node as ``ros2 run`` would; everything started is ended with the test."""
+
+    def start(node, *arguments):
+        ros = ['--ros-args', *arguments] if arguments else []
+        return spawn('-m', f'eventreg_ros.nodes.{node}', *ros)
+
+    return start
+
+
 SUCCESS = TransitionCallbackReturn.SUCCESS

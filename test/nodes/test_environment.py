@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """What of the environment ROS would fail on: refused before it does, with the remedy."""
 
+import tempfile
+
 import pytest
 
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes import environment
 
-FINE = {'HOME': '/root'}
+
+@pytest.fixture(autouse=True)
+def _fine(tmp_path, monkeypatch):
+    monkeypatch.setitem(FINE, 'HOME', str(tmp_path))
+
+
+FINE: dict[str, str] = {}
 
 
 @pytest.mark.parametrize(
@@ -18,6 +26,9 @@ FINE = {'HOME': '/root'}
         ({'ROS_STATIC_PEERS': '127.0.0.1;not a host;'}, "names 'not a host', which has no address"),
         ({'ROS_STATIC_PEERS': 'é..'}, 'has no address'),
         ({'HOME': ''}, 'no place for its logs: HOME is not set'),
+        ({'ROS_LOG_DIR': '/dev/null/x'}, "cannot write its logs to '/dev/null/x': not a directory"),
+        ({'ROS_HOME': '/dev/null'}, "cannot write its logs to '/dev/null/log': not a directory"),
+        ({'ROS_LOG_DIR': '/proc'}, "cannot write its logs to '/proc'"),
     ],
 )
 def test_what_ros_would_fail_on_is_refused(given, words):
@@ -34,7 +45,7 @@ def test_what_ros_would_fail_on_is_refused(given, words):
         {'ROS_DOMAIN_ID': '232'},
         {'ROS_STATIC_PEERS': '127.0.0.1;;'},
         {'ROS_STATIC_PEERS': 'nobody here', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
-        {'HOME': '', 'ROS_LOG_DIR': '/tmp'},
+        {'HOME': '', 'ROS_LOG_DIR': tempfile.gettempdir()},
     ],
 )
 def test_what_ros_takes_passes(given):

@@ -19,17 +19,6 @@ from eventreg_ros.scenario.parameters import parameters_of
 
 
 @pytest.fixture
-def launch(domain, spawn):
-    """Start a node as ``ros2 run`` would; everything started is ended with the test."""
-
-    def start(node, *arguments):
-        ros = ['--ros-args', *arguments] if arguments else []
-        return spawn('-m', f'eventreg_ros.nodes.{node}', *ros)
-
-    return start
-
-
-@pytest.fixture
 def launch_bare(domain, spawn):
     """Start a node, or a script, with arguments that are not ROS's."""
 

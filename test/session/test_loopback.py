@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from eventreg_ros.errors import EventregError
 from eventreg_ros.session.loopback import HERE, PROFILES, RANGE, closed, opened
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -116,11 +117,15 @@ def test_the_profiles_pin_fast_dds_and_leave_the_range_to_it(tmp_path):
 
 @pytest.mark.parametrize('name', PROFILES)
 def test_profiles_of_one_s_own_are_respected_and_reported(tmp_path, name):
-    given = {name: '/etc/mine.xml', 'ROS_STATIC_PEERS': 'a'}
+    mine = tmp_path / 'mine.xml'
+    given = {name: str(mine), 'ROS_STATIC_PEERS': 'a'}
+    with pytest.raises(EventregError, match=f'{name} must name a file'):
+        closed(given, tmp_path)  # Fast DDS would do without, and be open
+    mine.touch()
     found = closed(given, tmp_path)
     assert found.nodes == found.client == {**given, RANGE: 'LOCALHOST'}
-    assert f'({name}=/etc/mine.xml)' in found.notes[0]
-    assert list(tmp_path.iterdir()) == []
+    assert f'({name}={mine})' in found.notes[0]
+    assert list(tmp_path.iterdir()) == [mine]
 
 
 def test_a_file_of_profiles_where_one_stands_is_respected_too(tmp_path, monkeypatch):
