@@ -12,6 +12,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 
+from .. import __version__
 from ..errors import EventregError, ParameterError
 from ..runtime.figures import STATE
 from ..scenario.names import kind_of
@@ -30,6 +31,9 @@ SUCCESS, FAILURE, BROKEN = (
     TransitionCallbackReturn.FAILURE,
     TransitionCallbackReturn.ERROR,
 )
+IDENTITY = f'eventreg_ros {__version__}'
+"""What the diagnostics say of who runs a node, so that two versions in one loop are noticed."""
+
 _ORDER = {START: -1, UNCONFIGURED: 0, INACTIVE: 1, ACTIVE: 2}
 
 
@@ -299,5 +303,6 @@ class ManagedNode(Endpoints):
             level=status.level,
             name=f'{self.get_fully_qualified_name()}: {self.kind}',
             message=status.message,
+            hardware_id=IDENTITY,
             values=[KeyValue(key=k, value=str(v)) for k, v in values.items()],
         )

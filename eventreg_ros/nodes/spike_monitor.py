@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections import deque
+from contextlib import suppress
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -22,10 +23,11 @@ from ..runtime.figures import MARGIN_USED, events_of
 from ..runtime.sequenced_input import flaw
 from ..runtime.tick_grid import SECOND
 from ..scenario import Criteria
+from ..scenario.names import KINDS
 from ..scenario.parameter import ACTIVE
 from .info import number_of
 from .lockstep import Participant
-from .managed import ERROR, OK, WARN, FaultError, ManagedNode, Status
+from .managed import ERROR, IDENTITY, OK, WARN, FaultError, ManagedNode, Status
 from .ros import run_node
 from .stored import scenario_text
 from .topics import COUNT, DIAGNOSTICS, EVENT, VERDICT, signal_topic
@@ -48,8 +50,8 @@ class SpikeMonitor(ManagedNode):
         self.text = scenario_text('spike_monitor', self.values['scenario'])
         self.judge = self._new_judge()  # refuses a scenario that cannot be read
         self.verdict = self.publisher_of(VERDICT)
-        if not self.values['lockstep']:
-            self.subscription_of(DIAGNOSTICS, self._on_diagnostics)
+        self.others: dict[str, str] = {}
+        self.subscription_of(DIAGNOSTICS, self._on_diagnostics)
         topic = signal_topic(self.values['lockstep'])
         for signal in self.values['signals']:
             self.counts[signal] = self.advertise(COUNT, signal)
@@ -175,12 +177,25 @@ class SpikeMonitor(ManagedNode):
         self.send(self.counts[signal], UInt64(data=self.detectors[signal].count))
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        """Note which part of the delay margin the blocks of our namespace say is used."""
+        """Note what the nodes of our namespace say: the delay margin used, and their version."""
         home = self.get_namespace().rstrip('/') + '/'
         for status in message.status:
-            for pair in status.values if status.name.startswith(home) else ():
+            if not status.name.startswith(home):
+                continue
+            self._note_version(status)
+            for pair in status.values if not self.values['lockstep'] else ():
                 if pair.key == MARGIN_USED:
-                    self.judge.note_margin(float(pair.value))
+                    with suppress(ValueError):  # anybody may say anything there
+                        self.judge.note_margin(float(pair.value))
+
+    def _note_version(self, status: DiagnosticStatus) -> None:
+        """Note a node of ours that another version of the package runs; the oldest said none."""
+        name, _, kind = status.name.partition(': ')
+        ours = kind in KINDS and any(pair.key == 'state' for pair in status.values)
+        if not ours or status.hardware_id == IDENTITY:
+            self.others.pop(name, None)
+        else:
+            self.others[name] = status.hardware_id or 'an older eventreg_ros'
 
     def _publish_verdict(self) -> None:
         """Publish the verdict so far."""
@@ -206,7 +221,11 @@ class SpikeMonitor(ManagedNode):
             values[f'{signal}.messages_per_second'] = f'{count / max(seconds, 1e-9):.3g}'
             if events:
                 values[f'{signal}.messages_per_event'] = f'{count / events:.3g}'
-        return Status(OK, 'counting', values)
+        if not self.others:
+            return Status(OK, 'counting', values)
+        found = ', '.join(f'{name} ({version})' for name, version in self.others.items())
+        words = f'nodes of another version: {found}; this is {IDENTITY}; use one version'
+        return Status(WARN, words, values)
 
 
 def main() -> int:

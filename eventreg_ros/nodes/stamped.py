@@ -29,6 +29,10 @@ class DelayMargin(NamedTuple):
     h: float
 
 
+KNOWN, APART = 100, 1.25
+"""Intervals after which the rate of an input is known, and the factor that makes it another."""
+
+
 class StampedInputs:
     """All inputs of a node; ``signals`` are their names, in the order in which they are summed.
 
@@ -144,10 +148,25 @@ class StampedInputs:
         found += [Status(WARN, words, {}) for words in self._node.incompatible.values()]
         if several := self._node.several_writers():
             found.append(Status(WARN, several, {}))
+        found += [Status(WARN, words, {}) for words in self._other_rates()]
         if self.quiet:
             found.append(Status(WARN, f'silent, {self.silence}: {", ".join(self.quiet)}', {}))
         delayed = self._judge_delays()
         return [*found, *self._judge_lead(), *([delayed] if delayed else [])]
+
+    def _other_rates(self) -> list[str]:
+        """Say which inputs come much faster or slower than this node steps."""
+        if self.margin is None or self._node.in_simulation_time:
+            return []  # arrivals in simulation time say nothing of a rate
+        words, rate = [], self.margin.time_scale / self.margin.h
+        for signal, samples in zip(self.signals, self.samples, strict=True):
+            period = samples.period.percentile(50) if samples.period.count >= KNOWN else 0.0
+            if period and not 1.0 / APART < period * rate < APART:
+                words.append(
+                    f'{signal} comes {1.0 / period:.3g} times a second, this node steps {rate:g} '
+                    'times; give both the same rate'
+                )
+        return words
 
     def _newly_dropped(self) -> str:
         """Say which inputs had samples dropped since the last report, and how many."""
