@@ -90,7 +90,7 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
         _init(list(sys.argv if args is None else args))
         _live(nodes, makes, ending)
     except Exception as error:
-        return 0 if _was_shut_down() else _refuse(error)
+        return 0 if ending.asked or _was_shut_down() else _refuse(error)
     finally:
         # The recorder first: what the others say last is no part of the run.
         for node in sorted(nodes, key=lambda node: getattr(node, 'kind', '') != 'recorder'):
