@@ -155,18 +155,25 @@ class StampedInputs:
         return [*found, *self._judge_lead(), *([delayed] if delayed else [])]
 
     def _other_rates(self) -> list[str]:
-        """Say which inputs come much faster or slower than this node steps."""
+        """Say which inputs come regularly, but much faster or slower than this node steps."""
         if self.margin is None or self._node.in_simulation_time:
             return []  # arrivals in simulation time say nothing of a rate
         words, rate = [], self.margin.time_scale / self.margin.h
         for signal, samples in zip(self.signals, self.samples, strict=True):
-            period = samples.period.percentile(50) if samples.period.count >= KNOWN else 0.0
+            period = self._regular(samples.period)
             if period and not 1.0 / APART < period * rate < APART:
                 words.append(
                     f'{signal} comes {1.0 / period:.3g} times a second, this node steps {rate:g} '
                     'times; give both the same rate'
                 )
         return words
+
+    def _regular(self, period: DurationHistogram) -> float:
+        """Return the usual period in seconds; 0 where it is not known, or none: send_on_delta."""
+        if period.count < KNOWN:
+            return 0.0
+        low, usual, high = (period.percentile(percent) for percent in (10, 50, 90))
+        return usual if high < low * APART**2 and usual < 0.4 * self.timeout else 0.0
 
     def _newly_dropped(self) -> str:
         """Say which inputs had samples dropped since the last report, and how many."""
