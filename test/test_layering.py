@@ -37,7 +37,7 @@ MAY_IMPORT = {
 """What each room may import of ours beside itself, by prefix. What is not here may import all but
 nodes and cli; cli itself too, except what starts a node."""
 
-GROUND = ('errors', 'files', 'interrupts', 'printed')
+GROUND = ('__version__', 'errors', 'files', 'interrupts', 'printed')
 """What everything but these themselves stands on."""
 
 ROS = {
