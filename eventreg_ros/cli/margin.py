@@ -22,7 +22,7 @@ from .arguments import (
     whole,
     write_json,
 )
-from .progress import Count
+from .progress import Count, say_if_slow
 
 if TYPE_CHECKING:
     from ..robustness.evaluator import Setting
@@ -71,6 +71,7 @@ def main(args: argparse.Namespace) -> int:
     }
     setting = Setting.of(scenario, **asked)
     found: Map | None = None
+    say_if_slow('this takes minutes in plain Python, seconds with it')
     count = Count('searches')
     try:
         limits = margins(scenario, setting, count.show)

@@ -76,6 +76,19 @@ class Count:
             print('\r\x1b[K', end='', file=sys.stderr, flush=True)
 
 
+def say_if_slow(words: str) -> None:
+    """Say on standard error that numba is missing, if it is, and what that means."""
+    from ..simulation.jit import compiles
+
+    if not compiles():
+        print(
+            f"eventreg: numba is not installed, so {words}; pip install '.[fast]' in the sources "
+            'of eventreg_ros',
+            file=sys.stderr,
+            flush=True,
+        )
+
+
 def _span(seconds: float) -> str:
     """Return a duration in words: 40 s, 12 min, 3.5 h."""
     if seconds < 100.0:

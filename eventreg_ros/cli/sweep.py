@@ -35,7 +35,7 @@ from .arguments import (
     write_json,
     write_text,
 )
-from .progress import Count
+from .progress import Count, say_if_slow
 
 if TYPE_CHECKING:
     from ..plots.comparison_plot import Shown
@@ -87,7 +87,7 @@ def main(args: argparse.Namespace) -> int:
     need_writable(args.json)
     need_writable(args.report)
     plan = _plan(args)
-    _say_if_slow()
+    say_if_slow('sets run one by one in plain Python, about a thousand times slower')
     count = Count()
     kind = _border if args.border else _worst if args.worst is not None else _table
     try:
@@ -134,17 +134,6 @@ def _plan(args: argparse.Namespace) -> Plan:
         settle=args.settle,
         window=args.window,
     )
-
-
-def _say_if_slow() -> None:
-    from ..simulation.jit import compiles
-
-    if not compiles():
-        print(
-            'eventreg: numba is not installed, so sets run one by one in plain Python, about a '
-            "thousand times slower; pip install 'eventreg_ros[fast]'",
-            file=sys.stderr,
-        )
 
 
 def _table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:

@@ -62,7 +62,7 @@ def _client(scheduler: str | None) -> Any:
         from distributed import Client
     except ImportError:
         raise EventregError(
-            "--engine dask needs distributed; pip install 'eventreg_ros[cluster]'"
+            "--engine dask needs distributed; pip install '.[cluster]' in the sources"
         ) from None
     if scheduler is None:
         return Client(n_workers=cores(), threads_per_worker=1, dashboard_address=None)

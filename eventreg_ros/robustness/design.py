@@ -83,7 +83,9 @@ def saltelli(width: int, sets: int, seed: int) -> npt.NDArray[np.float64]:
     try:
         from SALib.sample.sobol import sample
     except ImportError:
-        raise EventregError("--indices needs SALib; pip install 'eventreg_ros[indices]'") from None
+        raise EventregError(
+            "--indices needs SALib; pip install '.[indices]' in the sources"
+        ) from None
     numbers: npt.NDArray[np.float64] = sample(
         problem(width), sets, calc_second_order=False, seed=seed
     )

@@ -75,7 +75,7 @@ def check_table(path: Path) -> None:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
         raise EventregError(
-            f"{path.name} needs pyarrow; pip install 'eventreg_ros[frames]', "
+            f"{path.name} needs pyarrow; pip install '.[frames]' in the sources, "
             f'or give --out a name that ends in .csv'
         ) from None
 

@@ -84,3 +84,18 @@ def test_certify_shows_each_certificate_when_it_is_known(capsys, monkeypatch):
     monkeypatch.setattr(certify, '_exponent', stopped)
     assert main(['certify', 'exact']) == 130
     assert 'internal model' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['margin', 'uncontrolled', '--duration', '210', '--seeds', '1'],
+        ['sweep', 'uncontrolled', '-p', 'plant.k:={1,2}', '--duration', '20'],
+    ],
+)
+def test_what_numba_would_save_is_said_where_it_is_missing(words, capsys, monkeypatch):
+    from eventreg_ros.simulation import jit
+
+    monkeypatch.setattr(jit, 'compiles', lambda: False)
+    assert main(words) == 0
+    assert 'numba is not installed, so' in capsys.readouterr().err
