@@ -61,10 +61,11 @@ def milliseconds(limit: Limit, scenario: Scenario) -> float | None:
 def table(scenario: Scenario, setting: Setting, limits: list[Limit]) -> str:
     """Return the limits as a short plain table, one row per impairment, one column per hold."""
     holds = list(dict.fromkeys(limit.hold for limit in limits))
+    seeds = f'{setting.seeds} seed{"s" if setting.seeds != 1 else ""}'
     lines = [
-        f'{scenario.name}: still rejected with, on every link or those of one signal '
-        f'(time_scale {scenario.time_scale:g}, {setting.duration:g} model time units, '
-        f'counted after {setting.settle:g}, {setting.seeds} seeds)',
+        f'{scenario.name}: the largest that the loop tolerates, on every link or on those of one '
+        f'signal (time_scale {scenario.time_scale:g}, {setting.duration:g} model time units, '
+        f'counted after {setting.settle:g}, {seeds})',
         f'{"":12}' + ''.join(f'{f"hold {hold}":>20}' for hold in holds) + f'{"resolution":>12}  at',
     ]
     for name, rate in dict.fromkeys((limit.name, limit.rate) for limit in limits):
