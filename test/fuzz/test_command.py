@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What people type: -p, --at, --link, numbers of impairments; generated, whole and mangled.
 
-``simulate`` and ``sweep`` do it all. ``run`` goes as far as the nodes: what they would be given
+``simulate``, ``sweep`` and ``analyze`` do it all. ``run`` goes as far as the nodes: what they would be given
 must be read again as it was meant.
 """
 
@@ -142,3 +142,29 @@ def test_run(fuzz, answered, mangled, monkeypatch):
 
     monkeypatch.setattr(run_verb, 'run', started)
     fuzz(80, case)
+
+
+TOPICS = ['y:=/y', 'y:=/w:data', 'y:=/y:data[0]', 'y:=/nobody', 'y=/y', ':=/y', 'y:=', 'z:=/y', 'y:=/y:',
+          'y:=/y:a.b[99999999999]']  # fmt: skip
+
+
+def test_analyze(fuzz, answered, mangled, make_bag):
+    bag = make_bag(w=[20, 120, 160, 200, 240], y=[130], u=[20])
+
+    def topic(draw, scenario):
+        return draw.choice(TOPICS)
+
+    def case(draw):
+        arguments = ['analyze', str(bag), *words(draw, mangled, '--topic', topic, None)]
+        for option in ('--settle', '--from', '--until', '--window', '--blind'):
+            number = rarely(draw, ['1', '100', '150.5', '260'], NUMBERS)
+            arguments += [f'{option}={number}'] * (draw.random() < 0.25)
+        for option, texts in (
+            ('--scenario', ['exact', 'open', 'linear', 'exat', '/dev/zero', '']),
+            ('--namespace', ['/', '/r1', 'r1', '', '/y', 'a b']),
+            ('--time', ['log', 'publish', 'header', 'Log']),
+        ):
+            arguments += [f'{option}={draw.choice(texts)}'] * (draw.random() < 0.15)
+        return answered([*arguments, *['--lenient'] * draw.randrange(2)])[0]
+
+    fuzz(40, case)

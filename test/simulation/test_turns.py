@@ -107,6 +107,7 @@ def test_a_stimulus_may_be_set():
         ('5:controller.k:=-1', 'controller.k must be a finite number >= 0'),
         ('5:controller.x0:=[1, 0, 0, 0]', 'cannot be set while the node runs; these can: k, tau'),
         ('5:controller.time_scale:=5', 'has one time_scale'),
+        ('5:controller.adapt:=0.04', 'u/tau would begin in the midst of a simulation'),
         ('5:spike_monitor:deactivate', 'use eventreg run'),
         ('10:controller:deactivate', '10 is not before the end, the duration is 10 of model time'),
         ('10.5:controller.k:=3', '10.5 is not before the end'),
