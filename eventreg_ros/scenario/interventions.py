@@ -149,7 +149,7 @@ def _turn(each: Intervention, scenario: Scenario, values: Mapping[str, Any]) -> 
 
     if new := sorted(set(spec({}).signals) - set(scenario.blocks[each.node].signals)):
         raise ScenarioError(
-            f'--at {each.text}: {", ".join(new)} would begin in the midst of a simulation; let it be '
-            f'there from the start, with a small value: -p {each.node}.{each.parameter}:=1e-9'
+            f'--at {each.text}: {", ".join(new)} would begin in the midst of a simulation; let it '
+            f'be there from the start, with a small value: -p {each.node}.{each.parameter}:=1e-9'
         )
     return Turn(each.at, each.node, each.action, spec)

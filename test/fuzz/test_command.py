@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What people type: -p, --at, --link, numbers of impairments; generated, whole and mangled.
 
-``simulate``, ``sweep`` and ``analyze`` do it all. ``run`` goes as far as the nodes: what they would be given
-must be read again as it was meant.
+``simulate``, ``sweep`` and ``analyze`` do it all. ``run`` goes as far as the nodes: what they
+would be given must be read again as it was meant.
 """
 
 import json
@@ -144,8 +144,10 @@ def test_run(fuzz, answered, mangled, monkeypatch):
     fuzz(80, case)
 
 
-TOPICS = ['y:=/y', 'y:=/w:data', 'y:=/y:data[0]', 'y:=/nobody', 'y=/y', ':=/y', 'y:=', 'z:=/y', 'y:=/y:',
-          'y:=/y:a.b[99999999999]']  # fmt: skip
+TOPICS = [
+    *('y:=/y', 'y:=/w:data', 'y:=/y:data[0]', 'y:=/nobody', 'y=/y', ':=/y', 'y:=', 'z:=/y'),
+    *('y:=/y:', 'y:=/y:a.b[99999999999]'),
+]
 
 
 def test_analyze(fuzz, answered, mangled, make_bag):
