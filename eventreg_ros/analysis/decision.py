@@ -74,7 +74,8 @@ def _judged(
     rejection = counted(found, disturbance)
     words = _Words(plant, found, rejection, evidence)
     held = [f.text for f in evidence.withholding(plant.needed)]
-    real = found.spurious or _really_missed(plant, found, evidence, window)
+    real = _really_spurious(plant, found, evidence, window)
+    real += _really_missed(plant, found, evidence, window)
     if rejection.verdict == UNDECIDED:
         verdict, reason = UNDECIDED, words.too_few(subject.criteria.settle)
         reason += f'; {_some(held)}' if held else ''
@@ -86,6 +87,18 @@ def _judged(
         verdict, reason = REJECTED, words.rejected()
         reason += f', as far as it was seen: {_some(held)}' if held else ''
     return PlantDecision(verdict, reason, rejection, plant, found)
+
+
+def _really_spurious(
+    plant: JudgedPlant, found: Outcomes, evidence: Evidence, window: float
+) -> list[float]:
+    """Return the spurious events around which the reference was seen, if there is one."""
+    asked = plant.reference
+    return [
+        t
+        for t in found.spurious
+        if asked is None or evidence.was_seen(asked, t - window, t + window)
+    ]
 
 
 def _really_missed(

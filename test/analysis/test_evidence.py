@@ -249,6 +249,16 @@ def test_a_loop_that_diverges_at_once_is_not_called_rejected():
     assert run.verdict == 'undecided'
 
 
+def test_an_event_of_y_is_spurious_only_where_its_reference_was_seen(loop):
+    signals = loop(y=[130.0, 170.0], y_r=[130.0, 170.0])
+    assert report(signals).verdict == 'rejected'
+    assert report(without(signals, 'y_r', (160.0, 185.0))).verdict == 'undecided'
+    assert report(without(signals, 'y_r', (200.0, 215.0))).verdict == 'undecided'
+    alone = loop(y=[130.0, 170.0], y_r=[130.0])
+    assert report(alone).verdict == 'not rejected'
+    assert report(without(alone, 'y_r', (200.0, 215.0))).verdict == 'not rejected'
+
+
 def test_a_recording_that_ends_before_the_scenario_asks_for_is_undecided(loop):
     signals = loop()
     subject = subject_by_name(signals)
