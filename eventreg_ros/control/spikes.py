@@ -18,7 +18,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ..models import NEURON, State
-from ..simulation.coding import Code, MakeCode
+from ..simulation.coding import Code, MakeCode, MakeCopy
 from ..simulation.step import Compile, make_step, plain
 
 FINE = 0.01
@@ -33,7 +33,7 @@ TWICE = 0.2
 FAR = 0.5
 """A sample beyond it is far out: x1 must have been so on the other side to pass 0 for good."""
 
-SILENCE = 1.5
+SILENCE = 3.0
 """Periods without an event after which u counts as 0."""
 
 CYCLES = 4
@@ -74,6 +74,16 @@ class Spikes(NamedTuple):
     def make(self) -> MakeCode:
         """What makes the code."""
         return make_spikes
+
+    @property
+    def make_copy(self) -> MakeCopy:
+        """What makes a receiver."""
+        return make_listener
+
+    @property
+    def unheard(self) -> State:
+        """What a receiver has before the first event."""
+        return SILENT
 
     @property
     def start(self) -> State:
@@ -159,12 +169,34 @@ def make_spikes(compile: Compile) -> Code:
             sign, ago = -1.0, h * y / (y - last)
         if abs(y) > FAR:
             side = math.copysign(1.0, y)
-        r = receive(sign, ago, r, tuning, h)
+        message = sign * (1.0 + ago)  # rounded, as the receiver gets it
+        r = receive(sign, abs(message) - 1.0, r, tuning, h)
         if sign != 0.0:
-            return r[0], (1.0, sign * (1.0 + ago), count + 1.0, y, side) + r  # noqa: RUF005
+            return r[0], (1.0, message, count + 1.0, y, side) + r  # noqa: RUF005
         return r[0], (0.0, 0.0, count, y, side) + r  # noqa: RUF005
 
     return compile(code)  # type: ignore[no-any-return]
+
+
+def make_listener(compile: Compile) -> Any:
+    """Return the receiver with its state in a table, see :data:`..simulation.coding.MakeCopy`."""
+    receive = compile(make_receiver(compile))
+
+    def copy(
+        samples: Any, i: int, stride: int, heard: float, message: float, tuning: Any, h: float
+    ) -> None:
+        j, s = i - 1, stride
+        r = (
+            samples[j], samples[j + s], samples[j + 2 * s], samples[j + 3 * s],
+            samples[j + 4 * s], samples[j + 5 * s], samples[j + 6 * s],
+        )  # fmt: skip
+        sign = math.copysign(1.0, message) if heard != 0.0 else 0.0
+        ago = abs(message) - 1.0 if heard != 0.0 else 0.0
+        r = receive(sign, ago, r, tuning, h)
+        for k in range(7):
+            samples[i + k * s] = r[k]
+
+    return compile(copy)
 
 
 class Receiver:

@@ -26,7 +26,7 @@ class SpikeInput(WaitingInput):
     ) -> tuple[float, float] | None:
         """Return the line over a step of what is made of the spikes.
 
-        None before the first, and when there was none for a period and a half.
+        None before the first, and when there was none for three periods.
         """
         played = start - self.lead
         events = []

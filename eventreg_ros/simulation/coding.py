@@ -9,6 +9,7 @@ is published, and in real time only the messages are.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 from ..models import State
@@ -27,12 +28,36 @@ NEVER = 1e18
 """For how many steps nothing was sent by one who never sent anything."""
 
 
+MakeCopy = Callable[[Compile], Any]
+"""Makes ``copy(samples, i, stride, heard, message, tuning, h)``, what a receiver does in a step.
+
+What it remembers is in rows of a table that are ``stride`` apart; the first is the signal as it
+knows it. ``i`` is the place of the step's end in the first, i - 1 that of the beginning. ``heard``
+is 1 when ``message`` came.
+"""
+
+
+class Copy(NamedTuple):
+    """The first row of a receiver, and the row of its link in the table of what is lost."""
+
+    row: int
+    lost: int
+
+
 class Coding(Protocol):
     """What a block whose output is coded adds to its spec; hashable."""
 
     @property
     def make(self) -> MakeCode:
         """What makes the code; the same for all settings."""
+
+    @property
+    def make_copy(self) -> MakeCopy:
+        """What makes a receiver, for links that lose messages."""
+
+    @property
+    def unheard(self) -> State:
+        """What a receiver remembers before the first message; it takes the signal for the first."""
 
     @property
     def start(self) -> State:
@@ -93,6 +118,16 @@ class Delta(NamedTuple):
         return make_delta
 
     @property
+    def make_copy(self) -> MakeCopy:
+        """What makes a receiver."""
+        return make_held
+
+    @property
+    def unheard(self) -> State:
+        """0, which is held."""
+        return (0.0,)
+
+    @property
     def start(self) -> State:
         """Nothing was sent; behind the common part, for how many steps nothing has been."""
         return (0.0, 0.0, 0.0, NEVER)
@@ -121,6 +156,33 @@ def make_delta(compile: Compile) -> Code:
         return sent, (0.0, sent, count, since)
 
     return compile(code)  # type: ignore[no-any-return]
+
+
+def make_held(compile: Compile) -> Any:
+    """Return the receiver of what is sent on delta: it holds the last one that came."""
+
+    def copy(
+        samples: Any, i: int, stride: int, heard: float, message: float, tuning: Any, h: float
+    ) -> None:
+        samples[i] = message if heard != 0.0 else samples[i - 1]
+
+    return compile(copy)
+
+
+@lru_cache
+def make_deaf(unheard: State) -> MakeCopy:
+    """Return what makes the receiver of a block that is off, which knows it and forgets all."""
+
+    def make(compile: Compile) -> Any:
+        def copy(
+            samples: Any, i: int, stride: int, heard: float, message: float, tuning: Any, h: float
+        ) -> None:
+            for k in range(len(unheard)):
+                samples[i + k * stride] = unheard[k]
+
+        return compile(copy)
+
+    return make
 
 
 def make_mute(compile: Compile) -> Code:

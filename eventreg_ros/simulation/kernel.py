@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from ..models import Model, Params
 from .block import make_advance
 from .code_cache import generated
-from .coding import MakeCode
+from .coding import Copy, MakeCode, MakeCopy
 from .hold import line
 from .numbered import Make, Reader
 from .step import Compile, plain
@@ -26,6 +26,18 @@ FLAT = 8
 """Blocks, or inputs of a block, that are taken one by one."""
 
 
+class CodedOutput(NamedTuple):
+    """What codes an output, see :mod:`.coding`; its states come behind ``size`` others.
+
+    ``copies`` are the receivers behind links that lose messages.
+    """
+
+    make: MakeCode
+    size: int
+    make_copy: MakeCopy
+    copies: tuple[Copy, ...] = ()
+
+
 class Part(NamedTuple):
     """What a kernel is built for, one per block; what it is run with is a :class:`Tuning`.
 
@@ -34,8 +46,8 @@ class Part(NamedTuple):
     blocks, in order. ``observed`` are (signal, place in the state) of what it writes besides.
     ``make`` makes the step of a block that reads its inputs by number; its tuning is of its own
     kind, see :mod:`.numbered`. A ``noisy`` block finds in its row what is added to what it writes.
-    ``code`` makes the code of a block whose output is coded, see :mod:`.coding`, and says how many
-    states come before the coder's; its tuning is then (the block's, the coder's).
+    ``code`` is there for a block whose output is coded; its tuning is then (the block's, the
+    coder's).
     """
 
     model: Model
@@ -44,7 +56,7 @@ class Part(NamedTuple):
     observed: tuple[tuple[int, int], ...] = ()
     make: Make | None = None
     noisy: bool = False
-    code: tuple[MakeCode, int] | None = None
+    code: CodedOutput | None = None
 
 
 class Tuning(NamedTuple):
@@ -65,9 +77,9 @@ class Tables(NamedTuple):
     Sample n of signal s is ``samples[s * (steps + 1) + n]``. At step n link l has, last, sample
     number ``newest[l * steps + n]``, and before it ``previous[l * steps + n]``; -1 means none. The
     last sample up to s that it ever has is ``used[l * steps + s]``. Sample s is played at step s +
-    ``leads[l]``, and lines are drawn by ``drawn[l]`` of the horizon: 0 or 1. ``h`` is in model
-    time. The kernel takes the steps from sample ``first`` to sample
-    ``last``.
+    ``leads[l]``, and lines are drawn by ``drawn[l]`` of the horizon: 0 or 1. Message n on the way
+    to copy c is lost where ``lost[c * (steps + 1) + n]`` is not 0. ``h`` is in model time. The
+    kernel takes the steps from sample ``first`` to sample ``last``.
     """
 
     samples: Any
@@ -76,6 +88,7 @@ class Tables(NamedTuple):
     used: Any
     leads: Any
     drawn: Any
+    lost: Any
     steps: int
     h: float
     first: int
@@ -221,21 +234,43 @@ def _make_advance(part: Part, step: Any, compile: Compile) -> Any:
 
     chosen = compile(advance_noisy if part.noisy else advance)
     if part.code is not None:
-        chosen = _make_coded(part, *part.code, step, compile)
+        chosen = _make_coded(part, part.code, step, compile)
     return _with_observed(chosen, part.observed, compile)
 
 
-def _make_coded(part: Part, make: MakeCode, size: int, step: Any, compile: Compile) -> Any:
+def _make_coded(part: Part, coded: CodedOutput, step: Any, compile: Compile) -> Any:
     """Return the same of a block whose output is coded; noise is added before that."""
-    row, code, noise = part.row, make(compile), 1.0 if part.noisy else 0.0
+    row, code, noise = part.row, coded.make(compile), 1.0 if part.noisy else 0.0
+    size, receive = coded.size, _make_copies(coded.copies, coded.make_copy(compile), compile)
 
     def advance(n: int, x: Any, tuning: Any, tables: Tables) -> Any:
         i = row * (tables.steps + 1) + n + 1
         z, y = step(n, x[:size], tuning[0], tables)
         tables.samples[i], c = code(y + noise * tables.samples[i], x[size:], tuning[1], tables.h)
+        receive(n, c[0], c[1], tuning[1], tables)
         return z + c
 
     return compile(advance)
+
+
+def _make_copies(copies: Sequence[Copy], copy: Any, compile: Compile) -> Any:
+    """Return ``receive(n, sent, message, tuning, tables)``: the step of all receivers."""
+    if not copies:
+
+        def nobody(n: int, sent: float, message: float, tuning: Any, tables: Tables) -> None:
+            return
+
+        return compile(nobody)
+    (row, place), others = copies[0], _make_copies(copies[1:], copy, compile)
+
+    def receive(n: int, sent: float, message: float, tuning: Any, tables: Tables) -> None:
+        others(n, sent, message, tuning, tables)
+        stride = tables.steps + 1
+        heard = sent if tables.lost[place * stride + n + 1] == 0 else 0.0
+        i = row * stride + n + 1
+        copy(tables.samples, i, stride, heard, message, tuning, tables.h)
+
+    return compile(receive)
 
 
 def _with_observed(advance: Any, observed: Sequence[tuple[int, int]], compile: Compile) -> Any:

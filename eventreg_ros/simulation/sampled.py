@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import islice, pairwise
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
@@ -15,16 +15,17 @@ import numpy.typing as npt
 from ..errors import EventregError
 from .block import BlockSpec, begin
 from .coding import Coder
+from .copies import NO_COPIES, Copies, copies_of
 from .impairment import PERFECT, Impairment, Received, received
 from .jit import choose, give_up, is_of_numba
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
 from .model_errors import in_words
-from .model_time import count_steps, model_times, steps_of
+from .model_time import count_steps, model_times
 from .noise import SILENCE, Noise
 from .stimulus import Stimulus
 from .trajectory import Array, Trajectory
-from .turns import Condition, Turn
+from .turns import Condition, Turn, stretches
 
 
 def simulate_sampled(
@@ -76,19 +77,28 @@ class SampledLoop:
         """What the kernel of this loop is built for."""
         return self._parts(self._start)
 
-    def _parts(self, blocks: Sequence[Condition], noise: Noise = SILENCE) -> tuple[Part, ...]:
-        row = self._row
+    def _parts(
+        self, blocks: Sequence[Condition], noise: Noise = SILENCE, copies: Copies = NO_COPIES
+    ) -> tuple[Part, ...]:
+        row, links = self._row, count()
+        heard = [
+            tuple(
+                copies.row_of(next(links), row[signal]) if signal in row else NOBODY
+                for signal, _ in each.spec.inputs
+            )
+            for each in blocks
+        ]
         return tuple(
             Part(
                 each.model,
                 row[each.spec.output],
-                tuple(row.get(signal, NOBODY) for signal, _ in each.spec.inputs),
+                sources,
                 tuple((row[signal], i) for signal, i in each.spec.observed.items()),
                 each.make,
                 noise.reaches(each.spec.output),
-                each.code,
+                each.code and each.code._replace(copies=copies.to(each.spec.output)),
             )
-            for each in blocks
+            for each, sources in zip(blocks, heard, strict=True)
         )
 
     def steps(self, duration: float) -> int:
@@ -115,20 +125,25 @@ class SampledLoop:
         """
         steps = self.steps(duration)
         signals = [signal for _, signal in self.links]
+        specs = [each.spec for each in self._start]
+        copies = copies_of(specs, signals, impairment, len(self.signals), steps)
         have = received(signals, steps, self.h, impairment, self._leads)
+        have = copies.received(have, signals, steps, self.h, impairment, self._leads)
         t = model_times(steps, self._time_scale, self._rate)
         with in_words(self._foreign):
             table, blocks = self._samples(t), list(self._start)
         for signal, added in noise.draw(steps + 1):
             table[self._row[signal]] += added
-        self._code_first(blocks, table)
-        for first, last, due in _stretches(turns, steps, self.h):
+        table = self._code_first(blocks, table, copies)
+        for first, last, due in stretches(turns, steps, self.h):
             for turn in due:
                 self._take(turn, blocks, table, t, first)
             with in_words(self._models):
-                table = self._advance(blocks, table, have, (first, last), noise, compiled)
+                stretch = first, last
+                table = self._advance(blocks, table, have, stretch, noise, copies, compiled)
         with in_words(self._foreign):
             _check(t, table, [number for each in blocks for number in each.x])
+        table = table[: len(self.signals)]
         sent = {e.spec.output: e.messages for e in blocks if e.spec.coding is not None}
         return Trajectory(t, dict(zip(self.signals, table, strict=True)), sent)
 
@@ -139,19 +154,22 @@ class SampledLoop:
         have: Received,
         stretch: tuple[int, int],
         noise: Noise,
+        copies: Copies,
         compiled: bool | None,
     ) -> Array:
         """Move ``blocks`` on over a stretch of steps; return the table of samples, filled there."""
         first, last = stretch
         effort = sum(e.spec.numbered.effort(e.spec) if e.spec.numbered else 1.0 for e in blocks)
         kernel, arrays = choose(
-            self._parts(blocks, noise), round((last - first) * effort), compiled
+            self._parts(blocks, noise, copies), round((last - first) * effort), compiled
         )
         links = np.array(self._leads, np.int64), np.array(self._drawn, np.float64)
-        flat = [each.ravel() for each in (table, *have, *links)]
-        samples, newest, previous, used, leads, drawn = flat if arrays else map(_plain, flat)
-        steps = table.shape[1] - 1
-        tables = Tables(samples, newest, previous, used, leads, drawn, steps, self.h, first, last)
+        flat = [each.ravel() for each in (table, *have, *links, copies.lost)]
+        samples, newest, previous, used, leads, drawn, lost = flat if arrays else map(_plain, flat)
+        steps, h = table.shape[1] - 1, self.h
+        tables = Tables(
+            samples, newest, previous, used, leads, drawn, lost, steps, h, first, last
+        )  # fmt: skip
         states = nest([each.x for each in blocks])
         tuning = nest([_tuning(e.spec) for e in blocks])
         try:
@@ -159,15 +177,16 @@ class SampledLoop:
         except Exception as error:
             if compiled or not self._foreign or not is_of_numba(error):
                 raise
-            give_up(self._parts(blocks, noise))
-            return self._advance(blocks, table, have, stretch, noise, False)
+            give_up(self._parts(blocks, noise, copies))
+            return self._advance(blocks, table, have, stretch, noise, copies, False)
         blocks[:] = [
             replace(each, x=tuple(islice(numbers, len(each.x))), starting=False) for each in blocks
         ]
         return np.asarray(tables.samples).reshape(table.shape)
 
-    def _code_first(self, blocks: list[Condition], table: Array) -> None:
-        """Code sample 0 of the outputs that are coded."""
+    def _code_first(self, blocks: list[Condition], table: Array, copies: Copies) -> Array:
+        """Code sample 0 of the outputs that are coded; return the table with rows for copies."""
+        table = np.vstack((table, np.zeros((copies.rows, table.shape[1])))) if copies.of else table
         for i, each in enumerate(blocks):
             if each.spec.coding is not None:
                 row = self._row[each.spec.output]
@@ -175,6 +194,12 @@ class SampledLoop:
                 table[row, 0] = coder(float(table[row, 0]))
                 x = each.x[: -len(coder.state)]
                 blocks[i] = replace(each, x=x + coder.state)
+                for row, lost in copies.to(each.spec.output):
+                    known = each.spec.coding.unheard
+                    table[row : row + len(known), 0] = known
+                    if coder.state[0] and not copies.lost[lost, 0]:
+                        table[row, 0] = table[self._row[each.spec.output], 0]
+        return table
 
     def _take(
         self, turn: Turn, blocks: list[Condition], table: Array, t: Array, first: int
@@ -197,24 +222,6 @@ class SampledLoop:
             for signal, i in part.observed:
                 table[signal, 0] = each.x[i]
         return table
-
-
-def _stretches(
-    turns: Sequence[Turn], steps: int, h: float
-) -> Iterator[tuple[int, int, list[Turn]]]:
-    """Yield (first, last, turns at first): the stretches of steps between turns, in order.
-
-    A block that was switched on has a step of its own.
-    """
-    at: dict[int, list[Turn]] = {0: []}
-    for turn in turns:
-        step = steps_of(turn.at, h)
-        if step < steps:
-            at.setdefault(step, []).append(turn)
-            if turn.action == 'activate' and step + 1 < steps:
-                at.setdefault(step + 1, [])
-    for first, last in pairwise([*sorted(at), steps]):
-        yield first, last, at[first]
 
 
 class Waveform:

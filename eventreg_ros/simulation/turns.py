@@ -7,14 +7,17 @@ sample is the output there. What it has learned outlasts both. The nodes do the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Literal, NamedTuple
 
 from ..models import Model, Params, State
 from .block import BlockSpec, begin, learned, retuned
-from .coding import MakeCode, make_mute
+from .coding import make_deaf, make_mute
+from .kernel import CodedOutput
+from .model_time import steps_of
 from .numbered import Make, make_resting, ordinary
 from .stimulus import Stimulus
 
@@ -100,12 +103,14 @@ class Condition:
         return cls(spec, x + (spec.coding.start if spec.coding else ()), True, starting)
 
     @property
-    def code(self) -> tuple[MakeCode, int] | None:
-        """What makes the code of the output, and how many states come before the coder's."""
-        coding = self.spec.coding
+    def code(self) -> CodedOutput | None:
+        """What codes the output."""
+        coding, size = self.spec.coding, len(self.x) - self._coder
         if coding is None:
             return None
-        return (coding.make if self.running else make_mute), len(self.x) - self._coder
+        if self.running:
+            return CodedOutput(coding.make, size, coding.make_copy)
+        return CodedOutput(make_mute, size, make_deaf(coding.unheard))
 
     @property
     def make(self) -> Make | None:
@@ -123,6 +128,22 @@ class Condition:
         if not self.running:
             return at_rest(self.spec.model)
         return at_start(self.spec.model) if self.starting else self.spec.model
+
+
+def stretches(turns: Sequence[Turn], steps: int, h: float) -> Iterator[tuple[int, int, list[Turn]]]:
+    """Yield (first, last, turns at first): the stretches of steps between turns, in order.
+
+    A block that was switched on has a step of its own.
+    """
+    at: dict[int, list[Turn]] = {0: []}
+    for turn in turns:
+        step = steps_of(turn.at, h)
+        if step < steps:
+            at.setdefault(step, []).append(turn)
+            if turn.action == 'activate' and step + 1 < steps:
+                at.setdefault(step + 1, [])
+    for first, last in pairwise([*sorted(at), steps]):
+        yield first, last, at[first]
 
 
 @lru_cache(maxsize=64)
