@@ -113,7 +113,7 @@ SUM = '$|y_{w_1} + y_{w_2}|$'
 
 def _sums(coupling: str) -> Panel:
     sums = [f'{coupling}_{i}.sum' for i in range(1, 5)]
-    return Panel(SUM, series(sums), log=True, limits=(1e-8, 1e1))
+    return Panel(SUM, series(sums, ('start 1', '2', '3', '4')), log=True, limits=(1e-8, 1e1))
 
 
 ANTIPHASE = PaperFigure(
