@@ -68,6 +68,8 @@ class ManagedNode(Endpoints):
         self.closing = False
         """Whether the process, or the node in it, is about to end."""
         self.fault: str | None = None
+        self._reports = True
+        """Whether the log says why a transition failed."""
         self._stages = {stage: ExitStack() for stage in (UNCONFIGURED, INACTIVE, ACTIVE)}
         self.stack = self._stages[UNCONFIGURED]
         given = given_to(self)
@@ -132,9 +134,13 @@ class ManagedNode(Endpoints):
         """Configure and activate, if ``autostart`` says so. Raises EventregError when it fails."""
         if not self.values['autostart']:
             return
-        for transition in (self.trigger_configure, self.trigger_activate):
-            if transition() != SUCCESS:
-                raise EventregError(f'{self.label}: {self.fault}')
+        self._reports = False  # whoever starts the node says it, in one line
+        try:
+            for transition in (self.trigger_configure, self.trigger_activate):
+                if transition() != SUCCESS:
+                    raise EventregError(f'{self.label}: {self.fault}')
+        finally:
+            self._reports = True
 
     def close(self) -> None:
         """Release everything; the context may be shut down already."""
@@ -207,7 +213,8 @@ class ManagedNode(Endpoints):
     def _note(self, error: Exception) -> None:
         known = isinstance(error, EventregError | FaultError)
         self.fault = str(error) if known else f'{type(error).__name__}: {error}'
-        self.get_logger().error(self.fault)
+        if self._reports:
+            self.get_logger().error(self.fault)
 
     def fail(self, reason: str) -> None:
         """Go through the error state because of ``reason``; log and diagnostics say it."""

@@ -73,6 +73,8 @@ def _active(bench, node):
         ('spike_monitor', ['-p', 'reset:=2.0'], 'spike_monitor.reset must be < threshold'),
         ('stimulus', ['-p', 'waveform:=csv'], 'stimulus.file'),
         ('plant', ['-p', 'k:='], 'k:='),
+        ('recorder', ['-p', 'scenario:=/dev/zero', '-p', 'path:=nowhere'], 'it is a device'),
+        ('recorder', ['-p', "scenario_name:='../x'", '-p', 'path:=nowhere'], 'a plain word'),
         ('plant', ['--nonsense'], "unknown ROS arguments ['--nonsense']"),
         ('plant', ['--params-file', 'nowhere.yaml'], 'nowhere.yaml'),
     ],
@@ -85,6 +87,7 @@ def test_bad_arguments_are_one_line_and_exit_code_2(launch, node, arguments, wor
     assert len(ours) == 1
     assert words in ours[0]
     assert 'Traceback' not in err
+    assert f'[{node}]' not in err  # the log says nothing of it; rcl's may
 
 
 @pytest.mark.parametrize(
