@@ -172,5 +172,5 @@ def python(*arguments, env=None, **more):
     environment = {**(os.environ if env is None else env), 'PYTHONPATH': str(ROOT)}
     return subprocess.run(
         [sys.executable, *arguments],
-        env=environment, capture_output=True, text=True, timeout=60, check=False, **more,
+        env=environment, capture_output=True, text=True, timeout=120, check=False, **more,
     )  # fmt: skip

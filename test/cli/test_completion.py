@@ -41,11 +41,18 @@ def offered(monkeypatch, tmp_path):
         for name, value in asked(line).items():
             monkeypatch.setenv(name, value)
         out = io.StringIO()
-        with pytest.raises(SystemExit):
-            argcomplete.autocomplete(parser(line), exit_method=_exit, output_stream=out)
+        # It would take descriptor 9 for its own, and close it: pytest or a worker may have it.
+        with monkeypatch.context() as patch:
+            patch.setattr(os, 'fdopen', _refused)
+            with pytest.raises(SystemExit):
+                argcomplete.autocomplete(parser(line), exit_method=_exit, output_stream=out)
         return {word.strip() for word in out.getvalue().split(END)} - {''}
 
     return ask
+
+
+def _refused(*arguments):
+    raise OSError
 
 
 def _exit(code):
