@@ -37,12 +37,12 @@ def choose(bag: str, series: Mapping[str, Samples], time: str | None) -> Time:
         for signal, samples in series.items():
             if samples.header is None:
                 raise BagError(
-                    f'--time header needs messages with a header, and those of {signal} have none; '
-                    'use --time log or publish'
+                    f'time header needs messages with a header, and those of {signal} have none; '
+                    'use log or publish'
                 )
         return 'header'
     if time is not None:
-        raise BagError(f'--time must be log, publish or header, got {time!r}')
+        raise BagError(f'time must be log, publish or header, got {time!r}')
     return 'publish' if _plausible(series) else 'log'
 
 

@@ -31,7 +31,7 @@ def parse(text: str) -> Wanted:
     topic, _, field = rest.partition(':')
     if not assigned or not signal.strip('/') or not topic.strip('/'):
         raise BagError(
-            f'--topic must be SIGNAL:=TOPIC or SIGNAL:=TOPIC:FIELD, got {text!r}; write for '
+            f'a topic must be SIGNAL:=TOPIC or SIGNAL:=TOPIC:FIELD, got {text!r}; write for '
             'example y:=/robot1/joint_states:velocity[2]'
         )
     if field and parse_path(field) is None:
@@ -65,7 +65,7 @@ class Choice:
             w.signal for w in self.wanted if sum(w.signal == v.signal for v in self.wanted) > 1
         ]
         if twice:
-            raise BagError(f'--topic names {twice[0]} twice; name each signal once')
+            raise BagError(f'topics name {twice[0]} twice; name each signal once')
         self.namespace = None if namespace is None else namespace.strip('/')
         self.signals = signals
         self.seen: dict[str, Channel] = {}

@@ -110,7 +110,7 @@ def read(texts: Sequence[str]) -> tuple[list[Axis], list[str]]:
             fixed.append(text)
             continue
         if axis.name in (other.name for other in axes):
-            raise ParameterError(f'-p {text}: {axis.name} is varied already; give it once')
+            raise ParameterError(f'{text}: {axis.name} is varied already; give it once')
         axes.append(axis)
     return axes, fixed
 
@@ -126,15 +126,15 @@ def _axis(name: str, spec: str, text: str) -> Axis | None:
     node, parameter, index = found.groups()
     node = node if node == '/**' else node.strip('/')
     if node == LINKS and parameter not in OF_LINKS:
-        raise ParameterError(f'-p {text}: links have no {parameter!r}{hint(parameter, OF_LINKS)}')
+        raise ParameterError(f'{text}: links have no {parameter!r}{hint(parameter, OF_LINKS)}')
     if node in OF_RUN and index is not None:
-        raise ParameterError(f'-p {text}: {node}.{parameter} is one number; leave out [{index}]')
+        raise ParameterError(f'{text}: {node}.{parameter} is one number; leave out [{index}]')
     place = None if index is None else int(index)
     values = _values(spec, text)
     if values is None and (node in OF_RUN or place is not None):
         values = {'values': (_word(spec, text),), 'fixed': True}
     if node in OF_RUN and not all(isinstance(v, float) for v in (values or {}).get('values', ())):
-        raise ParameterError(f'-p {text}: {node}.{parameter} is a number, got {shown(spec)}')
+        raise ParameterError(f'{text}: {node}.{parameter} is a number, got {shown(spec)}')
     return None if values is None else Axis(name, node, parameter, place, **values)
 
 
@@ -142,40 +142,40 @@ def _values(spec: str, text: str) -> dict[str, Any] | None:
     if spec.startswith('{') and spec.endswith('}'):
         words = [word.strip() for word in spec[1:-1].split(',') if word.strip()]
         if not words:
-            raise ParameterError(f'-p {text}: a list must hold values ({{1,2,3}}), got {spec!r}')
+            raise ParameterError(f'{text}: a list must hold values ({{1,2,3}}), got {spec!r}')
         return {'values': tuple(_word(word, text) for word in words)}
     if found := _SPREAD.fullmatch(spec):
         value, spread = _number(found[1], text), abs(float(found[2])) / 100.0
         if not math.isfinite(value * spread):
-            raise ParameterError(f'-p {text}: a spread must be finite, got {shown(spec)}')
+            raise ParameterError(f'{text}: a spread must be finite, got {shown(spec)}')
         return {'low': value, 'spread': abs(value) * spread}
     if not (found := _RANGE.fullmatch(spec) or _RANGE_OF_FRACTIONS.fullmatch(spec)):
         return None
     low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
     if not math.isfinite(high - low):
-        raise ParameterError(f'-p {text}: a range must be finite, got {low:g} to {high:g}')
+        raise ParameterError(f'{text}: a range must be finite, got {low:g} to {high:g}')
     if log and not 0.0 < low * high < np.inf:
-        raise ParameterError(f'-p {text}: a log range must not reach or cross 0; leave out log')
+        raise ParameterError(f'{text}: a log range must not reach or cross 0; leave out log')
     if found[3] is None:
         return {'low': low, 'high': high, 'log': log}
     count = int(found[3]) if len(found[3]) < 10 else MOST_SETS + 1
     if not 2 <= count <= MOST_SETS:
         raise ParameterError(
-            f'-p {text}: a range needs 2 to {MOST_SETS} values, got {shown(found[3])}'
+            f'{text}: a range needs 2 to {MOST_SETS} values, got {shown(found[3])}'
         )
     line = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     return {'values': tuple(line.tolist())}
 
 
 def _word(word: str, text: str) -> Any:
-    value = typed(word, f'-p {text}')
+    value = typed(word, text)
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _number(word: str, text: str) -> float:
     value = _word(word, text)
     if not isinstance(value, float):
-        raise ParameterError(f'-p {text}: a range is of numbers, got {word!r}')
+        raise ParameterError(f'{text}: a range is of numbers, got {word!r}')
     return value
 
 

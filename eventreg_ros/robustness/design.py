@@ -123,7 +123,7 @@ def _design_of(axes: Sequence[Axis], sets: int | None, seed: int, sampling: str)
                 )
         return Design(tuple(axes), 'grid', 0, seed)
     if not axes:
-        raise EventregError('--sets draws parameters, and none is varied; give -p NODE.PARAM:=A..B')
+        raise EventregError('sets draw parameters, and none is varied; give -p NODE.PARAM:=A..B')
     sampling = 'random' if sampling == 'grid' else sampling
     if sampling not in SAMPLINGS:
         known = ', '.join(SAMPLINGS)

@@ -63,7 +63,7 @@ class Plan:
         for axis in axes:
             if not axis.of_run and axis.node != '/**' and axis.node not in nodes:
                 raise EventregError(
-                    f'-p {axis.name}: the scenario has no node {axis.node!r}; it has '
+                    f'{axis.name}: the scenario has no node {axis.node!r}; it has '
                     + ', '.join(nodes)
                 )
             if not axis.of_run:
@@ -79,7 +79,7 @@ class Plan:
             return  # another model has other parameters
         known = [name for table in tables for name in table]
         raise EventregError(
-            f'-p {axis.name}: {axis.node} has no parameter {axis.parameter!r}'
+            f'{axis.name}: {axis.node} has no parameter {axis.parameter!r}'
             f'{hint(axis.parameter, known)}'
         )
 
@@ -122,7 +122,7 @@ class Plan:
         for signal in asked:
             if signal not in outputs:
                 raise EventregError(
-                    f'-p {NOISE}.{signal}: noise is on the output of a plant, and {signal!r} is '
+                    f'{NOISE}.{signal}: noise is on the output of a plant, and {signal!r} is '
                     f'none{hint(signal, outputs)}'
                 )
         fixed = self._fixed_of(NOISE)

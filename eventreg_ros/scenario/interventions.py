@@ -42,7 +42,7 @@ class Intervention(NamedTuple):
             return cls(text, _time(text, at), node.strip('/'), action)
         if found := _SET.fullmatch(text):
             at, node, parameter, value = found.groups()
-            read = typed(value, f'--at {text}', parameter)
+            read = typed(value, f'at {text}', parameter)
             return cls(text, _time(text, at), node.strip('/'), 'set', parameter, read)
         raise ParameterError(
             'an intervention must be T:NODE.PARAM:=VALUE, T:NODE:activate or T:NODE:deactivate '
@@ -56,7 +56,7 @@ def _time(text: str, at: str) -> float:
     except ValueError:
         value = math.nan
     if not 0.0 <= value < math.inf:
-        raise ParameterError(f'--at {text}: the time must be a number >= 0, got {at!r}')
+        raise ParameterError(f'at {text}: the time must be a number >= 0, got {at!r}')
     return value
 
 
@@ -78,8 +78,8 @@ def need_before(end: float, interventions: Iterable[Intervention], unit: str) ->
     for each in interventions:
         if each.at >= end:
             raise ParameterError(
-                f'--at {each.text}: {each.at:g} is not before the end, the duration is {end:g} '
-                f'{unit}; take an earlier time or a longer --duration'
+                f'at {each.text}: {each.at:g} is not before the end, the duration is {end:g} '
+                f'{unit}; take an earlier time or a longer duration'
             )
 
 
@@ -101,7 +101,7 @@ def _course(interventions: Sequence[Intervention], scenario: Scenario) -> list[M
     for each in interventions:
         if each.node not in now:
             raise ScenarioError(
-                f'--at {each.text}: the scenario has no node {each.node!r}{hint(each.node, now)}'
+                f'at {each.text}: the scenario has no node {each.node!r}{hint(each.node, now)}'
             )
         if each.action == 'set':
             now[each.node] = _with(each, now[each.node])
@@ -116,13 +116,13 @@ def _with(each: Intervention, values: dict[str, Any]) -> dict[str, Any]:
     row = table.get(each.parameter)
     if row is None:
         raise ParameterError(
-            f'--at {each.text}: {each.node} has no parameter {each.parameter!r}'
+            f'at {each.text}: {each.node} has no parameter {each.parameter!r}'
             f'{hint(each.parameter, table)}'
         )
     if row.settable != ACTIVE:
         live = ', '.join(name for name, each in table.items() if each.settable == ACTIVE)
         raise ParameterError(
-            f'--at {each.text}: {each.node}.{each.parameter} cannot be set while the node runs; '
+            f'at {each.text}: {each.node}.{each.parameter} cannot be set while the node runs; '
             f'these can: {live}'
         )
     return {**values, each.parameter: row.check(each.node, each.value)}
@@ -131,13 +131,13 @@ def _with(each: Intervention, values: dict[str, Any]) -> dict[str, Any]:
 def _turn(each: Intervention, scenario: Scenario, values: Mapping[str, Any]) -> Turn:
     kind = scenario.name_of(each.node).kind
     if each.action == 'set' and each.parameter == 'time_scale':
-        raise ScenarioError(f'--at {each.text}: a simulation has one time_scale; set it with -p')
+        raise ScenarioError(f'at {each.text}: a simulation has one time_scale; set it with -p')
     if kind == 'stimulus' and each.action == 'set':
         signal = scenario.output_of(each.node) or ''
         return Turn(each.at, signal, 'set', stimulus=Stimulus.from_parameters(values))
     if each.node not in scenario.blocks:
         raise ScenarioError(
-            f'--at {each.text}: a simulation has blocks and stimuli only, and stimuli cannot be '
+            f'at {each.text}: a simulation has blocks and stimuli only, and stimuli cannot be '
             f'switched; use eventreg run'
         )
 
@@ -149,7 +149,7 @@ def _turn(each: Intervention, scenario: Scenario, values: Mapping[str, Any]) -> 
 
     if new := sorted(set(spec({}).signals) - set(scenario.blocks[each.node].signals)):
         raise ScenarioError(
-            f'--at {each.text}: {", ".join(new)} would begin in the midst of a simulation; let it '
+            f'at {each.text}: {", ".join(new)} would begin in the midst of a simulation; let it '
             f'be there from the start, with a small value: -p {each.node}.{each.parameter}:=1e-9'
         )
     return Turn(each.at, each.node, each.action, spec)

@@ -30,19 +30,19 @@ class LinkSpec(NamedTuple):
         signal, _, rest = link.partition(':')
         if not signal:
             raise ParameterError(
-                f'--link must be SIGNAL:NAME=VALUE,... (u:delay=0.02), got {link!r}'
+                f'a link must be SIGNAL:NAME=VALUE,... (u:delay=0.02), got {link!r}'
             )
         options: dict[str, Any] = {}
         for option in filter(None, rest.split(',')):
             name, equals, text = option.partition('=')
             if not equals or name in options:
                 raise ParameterError(
-                    f'--link {link}: give each option once as NAME=VALUE, got {option!r}'
+                    f'link {link}: give each option once as NAME=VALUE, got {option!r}'
                 )
             if name not in OPTIONS:
-                raise ParameterError(f'--link {link}: no option {name!r}{hint(name, OPTIONS)}')
-            options[name] = OPTIONS[name].check(f'--link {signal}', _value(OPTIONS[name], text))
-        return cls(signal, options, f'--link {link}')
+                raise ParameterError(f'link {link}: no option {name!r}{hint(name, OPTIONS)}')
+            options[name] = OPTIONS[name].check(f'link {signal}', _value(OPTIONS[name], text))
+        return cls(signal, options, f'link {link}')
 
     def need_publisher(self, published: Collection[str]) -> None:
         """Raise ScenarioError unless the signal is ``published``."""

@@ -202,7 +202,7 @@ class Override(NamedTuple):
             )
         node, parameter, value = match.groups()
         node = node if node == EVERYONE else node.strip('/')
-        return cls(text, node, parameter, typed(value, f'-p {text}', parameter))
+        return cls(text, node, parameter, typed(value, text, parameter))
 
     @classmethod
     def of(cls, name: str, value: object) -> Override:
@@ -223,7 +223,6 @@ class Override(NamedTuple):
             return
         if self.node not in given and self.node not in implicit:
             raise ParameterError(
-                f'-p {self.text}: the scenario has no node {self.node!r}; it has '
-                + ', '.join(given)
+                f'{self.text}: the scenario has no node {self.node!r}; it has ' + ', '.join(given)
             )
         given.setdefault(self.node, {})[self.parameter] = self.value

@@ -117,7 +117,7 @@ class Session:
                 raise KeyboardInterrupt from None
             self.observer.warned('interrupted: judging what was recorded')
             for each in self.pending:
-                self.observer.warned(f'--at {each.text} was not done')
+                self.observer.warned(f'at {each.text} was not done')
 
     def _refuse_composed_foreign(self) -> None:
         foreign = self.scenario.foreign
@@ -295,7 +295,7 @@ class Session:
                 self._left.add(node)
 
     def _not_done(self, each: Intervention, why: str) -> None:
-        line = f'--at {each.text} was not done: {why}'
+        line = f'at {each.text} was not done: {why}'
         self.observer.warned(line)
         self.troubles.append(line)
 

@@ -152,6 +152,6 @@ def test_an_action_after_the_end_is_refused_before_anything_starts(run, tmp_path
     out, err = process.communicate(timeout=60)
     assert process.returncode == 2
     assert err.count('\n') == 1
-    assert '--at 8:plant.k:=2: 8 is not before the end, the duration is 8 s' in err
+    assert 'at 8:plant.k:=2: 8 is not before the end, the duration is 8 s' in err
     assert not out
     assert not list(tmp_path.iterdir())

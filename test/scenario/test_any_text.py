@@ -74,7 +74,7 @@ def test_any_text_for_link_is_read_or_refused(text):
 )  # fmt: skip
 def test_what_link_says_is_what_the_link_does(signal, options):
     text = f'{signal}:{",".join(f"{name}={value!r}" for name, value in options.items())}'
-    assert LinkSpec.read(text) == (signal, options, f'--link {text}')
+    assert LinkSpec.read(text) == (signal, options, f'link {text}')
     if signal != 'u':
         return
     link = load('exact').with_links([text]).nodes['link_u']

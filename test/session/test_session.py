@@ -115,7 +115,7 @@ def intervened(now, before=(), dying=(), heard=(), names=(1,)):
 @pytest.mark.parametrize('death', ['before', 'dying'])
 def test_an_action_on_a_dead_node_is_reported_and_the_others_are_done(death):
     made, client = intervened(7.0, **{death: ['plant']})
-    undone = '--at 6:plant.k:=2 was not done: plant was killed by SIGKILL'
+    undone = 'at 6:plant.k:=2 was not done: plant was killed by SIGKILL'
     assert client.done == AT[1:]
     assert made.troubles == ['plant was killed by SIGKILL after 7.0 s', undone]
     assert undone in made.observer.lines
