@@ -10,7 +10,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.parameter import Parameter as RosParameter
 
-from ..errors import ParameterError
+from ..errors import ParameterError, one_line, shown
 from ..scenario.hint import hint
 from ..scenario.parameter import ACTIVE, START, Parameter
 from ..scenario.parameters import all_parameters, is_ros_parameter, need_no_part
@@ -43,9 +43,8 @@ def fitted(node: Any, table: Table, given: Mapping[str, Any]) -> dict[str, Any]:
             continue
         need_no_part(node.label, name, table)
         if not (is_ros_parameter(name) or name in all_parameters()):
-            node.get_logger().warning(
-                f'{node.label} has no parameter {name!r}{hint(name, table)}; ignored'
-            )
+            words = f'{node.label} has no parameter {shown(name)}, ignored{hint(name, table)}'
+            node.get_logger().warning(one_line(words))
     return found
 
 

@@ -13,7 +13,7 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 
 from .. import __version__
-from ..errors import EventregError, ParameterError
+from ..errors import EventregError, ParameterError, described, one_line
 from ..runtime.figures import STATE
 from ..scenario.names import kind_of
 from ..scenario.parameter import ACTIVE, INACTIVE, START, UNCONFIGURED, Parameter
@@ -212,17 +212,17 @@ class ManagedNode(Endpoints):
 
     def _note(self, error: Exception) -> None:
         known = isinstance(error, EventregError | FaultError)
-        self.fault = str(error) if known else f'{type(error).__name__}: {error}'
+        self.fault = one_line(error if known else described(error))
         if self._reports:
             self.get_logger().error(self.fault)
 
     def fail(self, reason: str) -> None:
         """Go through the error state because of ``reason``; log and diagnostics say it."""
-        self.fault = reason
+        self.fault = one_line(reason)
         if not self.context.ok():
             return
         self.get_logger().error(
-            f"{reason}; now unconfigured: fix it, then 'ros2 lifecycle set "
+            f"{self.fault}; now unconfigured: fix it, then 'ros2 lifecycle set "
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
         )
         with self.until_the_end():

@@ -10,9 +10,11 @@ import yaml
 
 from eventreg_ros.errors import EventregError
 from eventreg_ros.nodes.composed import make
+from eventreg_ros.nodes.declare import fitted
 from eventreg_ros.nodes.given import as_meant
 from eventreg_ros.nodes.stimulus import StimulusNode
 from eventreg_ros.scenario import parse
+from eventreg_ros.scenario.parameters import parameters_of
 
 
 @pytest.fixture
@@ -171,3 +173,19 @@ def test_a_file_of_a_stimulus_is_looked_for_beside_the_file_that_names_it(bench,
     path = file('/**: {ros__parameters: {path: b}}')
     other = bench.add(partial(make, 'recorder'), arguments=path, start=False)
     assert other.values['path'] == 'b'
+
+
+def test_a_parameter_that_no_node_has_is_a_warning_of_one_short_line():
+    class Node:
+        label, said = 'plant', []
+
+        def get_logger(self):
+            return self
+
+        def warning(self, words):
+            self.said.append(words)
+
+    given = {'k': 2.0, 'nonsense': 1.0, 'long' * 1000: 1.0}
+    assert fitted(Node(), parameters_of('plant', {}), given) == {'k': 2.0}
+    assert "plant has no parameter 'nonsense', ignored; it has " in Node.said[0]
+    assert max(map(len, Node.said)) <= 300
