@@ -70,6 +70,11 @@ class OwnBlock(SignalNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(type(self).kind, **kwargs)
 
+    @classmethod
+    def all_parameters(cls) -> list[Parameter]:
+        """Return all parameters with their defaults: the further ones, and those of every block."""
+        return [*cls.parameters, *parameters_of(cls.kind, {'package': 'own'}).values()]
+
     def rows(self, given: Mapping[str, Any]) -> dict[str, Parameter]:
         """Return the parameters of a block without a model, and the further ones."""
         common = parameters_of(self.label, {'package': 'own'})

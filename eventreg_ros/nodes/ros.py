@@ -7,7 +7,7 @@ import ctypes
 import inspect
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from rclpy.utilities import get_default_context
 
 from ..errors import EventregError, complain, confess
 from ..scenario.names import KINDS
+from ..scenario.parameter import Parameter
 from ..scenario.parameters import parameters_of
 from . import environment
 from .ending import Ending
@@ -75,9 +76,10 @@ def run_node(make: Callable[[], Any], args: Sequence[str] | None = None) -> int:
     """
     program, *arguments = sys.argv if args is None else args
     if words := own_words(arguments):
-        name, what = Path(program).stem, inspect.getdoc(sys.modules[make.__module__])
-        rows = parameters_of(name).values() if name in KINDS else getattr(make, 'parameters', ())
-        return answer(words[0], name, what, rows)
+        name = Path(program).stem
+        what = inspect.getdoc(sys.modules[make.__module__]) or inspect.getdoc(make)
+        own: Iterable[Parameter] = getattr(make, 'all_parameters', tuple)()
+        return answer(words[0], name, what, parameters_of(name).values() if name in KINDS else own)
     return run_nodes([make], args)
 
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from eventreg_ros.nodes.own import OwnBlock
+from eventreg_ros.nodes.own import OwnBlock, Parameter, run
 
 
 class Failing(OwnBlock):
@@ -37,3 +37,17 @@ def test_an_exception_becomes_the_fault_of_the_node(bench, block, words):
     bench.until(lambda: node.fault is not None)
     assert words in node.fault
     bench.until(lambda: node.stage == 'unconfigured')
+
+
+class Leaking(Failing):
+    """A tank that leaks."""
+
+    parameters = (Parameter('leak', 'double', 0.1, 'outflow per level', low=0.0),)
+
+
+def test_help_says_what_it_is_and_lists_its_parameters_and_those_of_every_block(capsys):
+    assert run(Leaking, ['tank', '--help']) == 0
+    out = capsys.readouterr().out
+    assert 'usage: tank' in out
+    assert '  leak = 0.1: outflow per level (a finite number >= 0)' in out
+    assert all(f'  {name} = ' in out for name in ('rate', 'time_scale', 'excitatory', 'output'))
