@@ -38,9 +38,9 @@ def words(report: Report) -> list[str]:
     sent = [_both(name, s.per_second, s.per_event) for name, s in messages(report).items()]
     energy, events = energies(report), _disturbances(report)
     spent = [_both(name, e, e / events if events else None) for name, e in energy.items()]
-    lines = {'messages a second': sent, 'energy (model time)': spent}
+    lines = {'messages a second': sent, 'energy of control': spent}
     return [
-        f'{what}, per event of the disturbance in brackets: {", ".join(found)}'
+        f'{what} (per disturbance event): {", ".join(found)}'
         for what, found in lines.items()
         if found
     ]
