@@ -351,6 +351,21 @@ def test_the_page_on_exit_codes_has_them():
         assert f'\n| {code} |' in text
 
 
+def test_every_picture_names_the_command_that_drew_it():
+    drawn = re.compile(r'eventreg figures ([\w ]+)|--plot (\S+\.svg)|make (picture)')
+    missing = []
+    for page in PAGES:
+        text = page.read_text(encoding='utf-8')
+        commands = ' '.join(' '.join(filter(None, found)) for found in drawn.findall(text))
+        for stem in re.findall(r'figures/(\w+)\.svg"|\]\(\S*?figures/(\w+)\.svg\)', text):
+            name = stem[0] or stem[1]
+            if not any(word in commands for word in (name, name.removeprefix('sweep_'))):
+                missing.append(f'{page.name}: {name}')
+        if 'demo.png' in text and 'picture' not in commands:
+            missing.append(f'{page.name}: demo')
+    assert missing == []
+
+
 def test_the_layouts_show_topics_that_there_are():
     juggler = ElementTree.parse(ROOT / 'layouts' / 'plotjuggler.xml')
     curves = {curve.get('name') for curve in juggler.iter('curve')}
