@@ -149,8 +149,8 @@ def locked_at(t: Array, x: Array, value: float) -> float | None:
     return float(t[away[-1] + 1]) if away[-1] + 1 < len(t) else None
 
 
-def findings(learners: Iterable[Learner], found: Sequence[Learned], spurious: int) -> list[Finding]:
-    """Return what is to be said of the learning; ``spurious`` events were left of the plants."""
+def foreseen(learners: Iterable[Learner]) -> list[Finding]:
+    """Return what is to be said of the learning before it begins."""
     said = []
     for each in learners:
         if each.gain > LARGEST:
@@ -165,6 +165,12 @@ def findings(learners: Iterable[Learner], found: Sequence[Learned], spurious: in
                 f'{each.parameter} runs to its upper bound'
             )
             said.append(Finding(NO_GENERATOR, each.signal, None, text))
+    return said
+
+
+def findings(learners: Iterable[Learner], found: Sequence[Learned], spurious: int) -> list[Finding]:
+    """Return what is to be said of the learning; ``spurious`` events were left of the plants."""
+    said = foreseen(learners)
     for a, b in combinations(found, 2) if spurious else ():
         if a.parameter == b.parameter and distance(a.last, b.last) < ALIKE:
             text = (

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..analysis.learning import foreseen, learners_of
 from ..analysis.recorded import Analysis, analyze, need_span
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
@@ -135,6 +136,8 @@ def run(
         interventions=interventions,
         network=network,
     )
+    for finding in foreseen(learners_of(scenario)):
+        session.observer.warned(finding.text)
     session.perform()
     analysis, unjudged = None, None
     try:

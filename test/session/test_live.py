@@ -6,7 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from eventreg_ros import run
+from eventreg_ros import load, run
+from eventreg_ros.errors import EventregError
+from eventreg_ros.session import live
+from eventreg_ros.session.observer import Observer
+from eventreg_ros.session.session import Session
 
 pytest.importorskip('rclpy')
 
@@ -21,3 +25,32 @@ def test_a_run_in_another_thread_leaves_the_environment_as_it_was(tmp_path, monk
     assert found.troubles == []
     assert len(found.t) == 2.0 * found.scenario.rate + 1
     assert dict(os.environ) == before
+
+
+class Heard(Observer):
+    def __init__(self):
+        self.lines = []
+
+    def warned(self, line):
+        self.lines.append(line)
+
+
+@pytest.mark.parametrize(
+    ('scenario', 'adapt', 'words'),
+    [
+        ('exact', 0.2, ['controller learns with adapt 0.2, and above 0.08 it need not converge']),
+        ('quiescent', 0.04, ['controller has no generator to learn tau of; without w tau runs']),
+        ('exact', 0.04, []),
+    ],
+)
+def test_what_learning_cannot_do_is_said_before_it_begins(
+    tmp_path, monkeypatch, scenario, adapt, words
+):
+    def perform(session):
+        raise EventregError('begins')
+
+    monkeypatch.setattr(Session, 'perform', perform)
+    heard = Heard()
+    with pytest.raises(EventregError, match='begins'):
+        live.run(load(scenario, {'controller.adapt': adapt}), bag=tmp_path / 'bag', observer=heard)
+    assert [line[: len(word)] for line, word in zip(heard.lines, words, strict=True)] == words
