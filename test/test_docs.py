@@ -274,9 +274,12 @@ def reference():
     return module
 
 
-def test_every_page_is_on_the_start_page():
+def test_every_page_is_on_the_start_page_and_in_the_readme():
     linked = {(DOCS / target).resolve() for target in targets(TEXTS['index.md'])}
-    assert linked == {page for page in PAGES if page.parent != ROOT} - {DOCS / 'index.md'}
+    pages = {page for page in PAGES if page.parent != ROOT}
+    assert linked == pages - {DOCS / 'index.md'}
+    named = {(ROOT / target).resolve() for target in targets(TEXTS['README.md'])}
+    assert pages - named == set()
 
 
 def test_the_reference_names_every_parameter_with_its_rule(reference):
