@@ -160,7 +160,7 @@ class StampedInputs:
             return []  # arrivals in simulation time say nothing of a rate
         words, rate = [], self.margin.time_scale / self.margin.h
         for signal, samples in zip(self.signals, self.samples, strict=True):
-            period = self._regular(samples.period)
+            period = 0.0 if samples.sparse else self._regular(samples.period)
             if period and not 1.0 / APART < period * rate < APART:
                 words.append(
                     f'{signal} comes {1.0 / period:.3g} times a second, this node steps {rate:g} '
