@@ -15,7 +15,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eventreg_ros import load, simulate
+from eventreg_ros.errors import EventregError
 from eventreg_ros.robustness.outcome import VERDICTS
 from eventreg_ros.robustness.plan import Plan
 from eventreg_ros.robustness.sets import Sets
@@ -121,6 +122,27 @@ def alternated(sets: int, library: ctypes.CDLL, rounds: int = 5) -> float:
     return float(np.median(ratios))
 
 
+GROWTH = {
+    'uncontrolled': 'exosystem.tau:=0.05..0.1',
+    'exact': 'controller.k:=0.5..4',
+    'open': 'controller.k:=0.5..4',
+    'two_generators': 'controller.k:=0.5..4',
+}
+"""Scenarios of two blocks to five, and what is varied of them."""
+
+
+def growth(sets: int) -> None:
+    """Print what a set costs by the number of blocks, one thread, in processor time."""
+    for name, varied in GROWTH.items():
+        asked = Plan.of(load(name), [varied], sets=sets, duration=T, settle=SETTLE)
+        ours, columns = Sets(asked), asked.design.columns(0, sets)
+        ours.run(columns)  # compiles
+        start = time.process_time()
+        ours.run(columns)
+        used = time.process_time() - start
+        print(Row(f'{name}, {len(load(name).blocks)} blocks', sets, used, 1), flush=True)
+
+
 def one_by_one(sets: int) -> None:
     """Run sets as `eventreg simulate --sampled` does it, compiled."""
     from eventreg_ros.simulation.sampled import simulate_sampled
@@ -139,36 +161,49 @@ def scipy_sets(sets: int) -> None:
         solve_ivp(other.equations, (0.0, T), other.X0, 'RK45', rtol=1e-6, atol=1e-9)
 
 
-def same_bits(sets: int) -> int:
-    """Return how many random sets of five scenarios differ from simulate --sampled."""
-    varied = {
-        'exact': ['controller.k:=0.3..4', 'controller.tau:=0.04..0.2', 'links.delay:=0..0.5'],
-        'mismatch': ['controller.k:=0.3..4', 'controller.adapt:=0.01..0.1', 'plant.x0[0]:=-1..1'],
-        'open': ['controller.k:=0.3..4', 'links.loss:=0..0.4', 'links.seed:={0,1,2}'],
-        'linear': ['controller.gain[0]:=-1..3', 'controller.k_y:=-1..3', 'links.jitter:=0..1'],
-        'single_neuron': ['controller.k:=0.3..4', 'exosystem.tau:=0.04..0.2', 'plant.k:=1~20%'],
-    }
-    differ = 0
-    for name, ranges in varied.items():
-        asked = Plan.of(load(name), ranges, sets=sets // len(varied))
-        ours = Sets(asked)
-        columns = asked.design.columns(0, sets // len(varied))
-        rows = ours.run(columns).rows
-        for i, values in enumerate(zip(*columns, strict=True)):
-            links = ours.impairment(values)
-            run = simulate(
+VARIED = {
+    'exact': ['controller.k:=0.3..4', 'controller.tau:=0.04..0.2', 'links.delay:=0..0.5'],
+    'mismatch': ['controller.k:=0.3..4', 'controller.adapt:=0.01..0.1', 'plant.x0[0]:=-1..1'],
+    'open': ['controller.k:=0.3..4', 'links.loss:=0..0.4', 'links.seed:={0,1,2}'],
+    'linear': ['controller.gain[0]:=-1..3', 'controller.k_y:=-1..3', 'links.jitter:=0..1'],
+    'single_neuron': ['controller.k:=0.3..4', 'noise.y:=0..0.3', 'plant.k:=1~20%'],
+}
+ALONE = {
+    'late': ['controller.k:=0.5..2', 'links.delay:=0..2', 'noise.y:=0..0.1'],
+    'mismatch': ['controller.k:=0.3..4', 'spike_monitor.refractory:={0,8}', 'noise.y:=0..0.3'],
+    'exact': ['controller.k:=0.3..4', 'spike_monitor.min_width:={0,2}', 'noise.y:=0..0.3'],
+    'morris_lecar': ['links.delay:=0..0.3', 'noise.y:=0..0.1'],
+}
+"""Scenarios and what is varied of them; those that go one by one, or by another model."""
+
+
+def same_bits(sets: int, of: Mapping[str, list[str]]) -> int:
+    """Return how many random sets differ from simulate --sampled, so many in all."""
+    return sum(_differ(name, ranges, max(sets // len(of), 1)) for name, ranges in of.items())
+
+
+def _differ(name: str, ranges: list[str], sets: int) -> int:
+    ours, differ = Sets(Plan.of(load(name), ranges, sets=sets, duration=T)), 0
+    columns = ours.plan.design.columns(0, sets)
+    found = ours.run(columns)
+    for i, values in enumerate(zip(*columns, strict=True)):
+        links, noise = ours.imperfections(values)
+        try:
+            report = simulate(
                 ours.scenario(values), T, sampled=True, delay=links.delay, loss=links.loss,
-                jitter=links.jitter, seed=links.seed,
-            )  # fmt: skip
-            report, row = run.report, rows[i]
-            differ += (
-                VERDICTS[row['verdict']], row['spurious'], row['missed'], row['preserved'],
-                row['disturbance_events'], row['residual_max_abs'], row['residual_rms'],
-            ) != (
-                report.verdict, report.rejection.spurious, report.rejection.missed,
-                report.rejection.preserved, report.rejection.disturbance_events,
-                report.residual.max_abs, report.residual.rms,
-            )  # fmt: skip
+                jitter=links.jitter, seed=links.seed, noise=max(noise.sds, default=0.0),
+            ).report  # fmt: skip
+        except EventregError as error:
+            differ += found.reasons.get(i) != str(error)
+            continue
+        row, rejection = found.rows[i], report.rejection
+        differ += (
+            VERDICTS[row['verdict']], row['spurious'], row['missed'], row['preserved'],
+            row['disturbance_events'], row['residual_max_abs'], row['residual_rms'],
+        ) != (
+            report.verdict, rejection.spurious, rejection.missed, rejection.preserved,
+            rejection.disturbance_events, *report.residual,
+        )  # fmt: skip
     return differ
 
 
@@ -179,7 +214,9 @@ def main() -> None:
     parser.add_argument('--same', type=int, metavar='N')
     args = parser.parse_args()
     if args.same:
-        print(f'{same_bits(args.same)} of {args.same} sets differ from simulate --sampled')
+        print(f'{same_bits(args.same, VARIED)} of {args.same} sets differ from simulate --sampled')
+        few = args.same // 10
+        print(f'{same_bits(few, ALONE)} of {few} further sets, run one by one or of other models')
         return
     sets, threads = args.sets // 32 * 32, cores()
     run_sweep(plan(64))  # compiles
@@ -204,6 +241,7 @@ def main() -> None:
             ratio = alternated(2048, library)
             print(f'| pace over the C kernel, one core | | | | {ratio:.2f} | >= 0.9 |')
             print(f'| the same verdicts and residuals as C, to the bit | 1024 | | | {same} | |')
+    growth(2048)
     few = max(sets // 1000, 20)
     print(timed('one by one, compiled, without a verdict', few, 1, lambda: one_by_one(few)))
     print(timed('scipy RK45, rtol 1e-6, without a verdict', 2, 1, lambda: scipy_sets(2)))

@@ -31,7 +31,7 @@ from .robustness import margins as robustness
 from .robustness.axes import spec_of
 from .robustness.cluster import runner
 from .robustness.plan import Plan
-from .robustness.sweep import Sweep, run_sweep
+from .robustness.sweep import run_sweep
 from .scenario import Override, Scenario
 from .scenario.criteria import RESET, THRESHOLD
 from .session import identified, simulated
@@ -39,6 +39,7 @@ from .session.bag import Recorded
 from .session.compared import compare, open_run
 from .session.judged import judge
 from .session.simulated import Run
+from .session.swept import Sweep
 from .theory.certificates import Certificate
 from .theory.certify import certify
 
@@ -323,7 +324,8 @@ def sweep(
         settle=settle,
         window=window,
     )
-    return run_sweep(plan, None if out is None else Path(out), runner(engine, scheduler))
+    found = run_sweep(plan, None if out is None else Path(out), runner(engine, scheduler))
+    return Sweep.of(found)
 
 
 def identify(

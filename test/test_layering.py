@@ -29,8 +29,8 @@ MAY_IMPORT = {
     'nodes': 'runtime control simulation scenario models errors analysis.events analysis.live '
     'bags.writer',
     'session': (
-        'nodes.topics nodes.ros nodes.environment plots bags analysis scenario runtime simulation '
-        'models errors'
+        'nodes.topics nodes.ros nodes.environment plots robustness bags analysis scenario runtime '
+        'simulation models errors'
     ),
     'api': 'session paper plots robustness analysis bags scenario theory simulation models errors',
 }

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bags.finding import IMPAIRING, Finding
-from .events import Risen, up_since
-from .signal import Signal, Signals, Span
+from .events import Risen
+from .signal import Signal, Span
 from .subject import Subject
 
 PER_SPIKE = 4.0
@@ -66,22 +66,6 @@ class Evidence:
     def was_seen(self, signal: str, start: float, stop: float) -> bool:
         """Say whether ``signal`` was seen throughout from ``start`` to ``stop``."""
         return not any(a < stop and b > start for a, b in self.unseen.get(signal, ()))
-
-
-def complete(subject: Subject, signals: Signals, end: float) -> Evidence:
-    """Return the evidence of a simulation up to its ``end``: nothing is unseen.
-
-    ``signals`` are those of the plants and their references at least.
-    """
-    limits = subject.criteria
-    span = (limits.settle, max(limits.settle, end))
-    judged = {name for plant in subject.plants for name in (plant.output, plant.reference) if name}
-    risen = {
-        name: Risen(0.0, up_since(signals[name], limits.threshold, span[1]))
-        for name in judged
-        if name in signals
-    }
-    return Evidence(span, {}, {}, tuple(_held_up(subject, risen, span)))
 
 
 def coverage_of(signal: Signal, blind: float) -> Coverage | None:

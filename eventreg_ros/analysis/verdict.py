@@ -136,9 +136,7 @@ def judge(
         name: [] if output_beside(name, signals) else _events(each, subject)
         for name, each in found.items()
     }
-    coverage = {name: _coverage(signals, name, criteria.blind) for name in subject.needed}
-    risen = {name: _risen(signals[name], each, subject, span) for name, each in found.items()}
-    evidence = gather(subject, coverage, span, end, findings, risen)
+    evidence = evidence_of(signals, found, subject, span, end, findings)
     plants = decide(subject, events, evidence, lenient=lenient)
     reports = tuple(_report(each, signals, span) for each in plants)
     decision: Decision = summary(plants)
@@ -168,6 +166,24 @@ def judge(
         learned=found_out,
         changes=tuple(changes),
     )
+
+
+def evidence_of(
+    signals: Signals,
+    found: Mapping[str, Rises],
+    subject: Subject,
+    span: Span,
+    end: float,
+    findings: Sequence[Finding] = (),
+) -> Evidence:
+    """Return the evidence for a verdict on ``span`` of a run that ends at ``end``.
+
+    ``found`` are the rises of its signals, ``findings`` a reader's; times are model time.
+    """
+    blind = subject.criteria.blind
+    coverage = {name: _coverage(signals, name, blind) for name in subject.needed}
+    risen = {name: _risen(signals[name], each, subject, span) for name, each in found.items()}
+    return gather(subject, coverage, span, end, findings, risen)
 
 
 def _need_outputs(signals: Signals, subject: Subject) -> None:

@@ -156,12 +156,9 @@ def _table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
         result['indices'] = [index._asdict() for index in matters]
 
     def draw() -> Any:
-        from ..plots.sweep_map import draw_sweep
-        from ..plots.yield_plot import draw_yield
+        from ..plots.sweep_plot import draw_result
 
-        if share is None:
-            return draw_sweep(sweep.columns, [axis.name for axis in plan.axes], plan.name)
-        return draw_yield(sweep.columns, share, plan.name)
+        return draw_result(sweep)
 
     return Found(sweep_words(sweep, share, matters), result, draw)
 

@@ -6,11 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from ..analysis.decision import decide, summary
-from ..analysis.events import detect
-from ..analysis.evidence import complete
 from ..analysis.rejection import NOT_REJECTED, REJECTED
-from ..analysis.signal import Signal
 from ..analysis.subject import subject_of
 from ..errors import EventregError, ModelError
 from ..scenario import Scenario
@@ -18,8 +14,9 @@ from ..scenario.criteria import SETTLE, WINDOW
 from ..simulation.impairment import PERFECT, Impairment
 from ..simulation.lanes import Start
 from ..simulation.sampled import SampledLoop
-from .lane_run import Template, lanes_can, run_alike
-from .outcome import VERDICTS
+from .lane_group import Template
+from .lane_run import lanes_can, run_alike
+from .outcome import VERDICTS, judged
 
 
 @dataclass(frozen=True)
@@ -124,11 +121,7 @@ class Evaluator:
             raise
         except EventregError:  # all else that it may complain of was checked at the start
             return NOT_REJECTED
-        limits = self._subject.criteria.detector
-        signals = {s: Signal(run.t, run.signals[s]) for s in self._subject.needed}
-        events = {s: detect(t, x, *limits) for s, (t, x) in signals.items()}
-        evidence = complete(self._subject, signals, float(run.t[-1]))
-        return summary(decide(self._subject, events, evidence)).verdict
+        return VERDICTS[int(judged(run, self._subject)['verdict'])]
 
     def _loop_for(self, impairment: Impairment) -> SampledLoop:
         if not self.led:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What happened in lanes: events, matches and residuals, by the formulas of :mod:`..analysis`.
 
-These functions are compiled (:func:`..simulation.jit.compile_entry`); arrays are flat, with the
-lane as the last index. Lanes are independent, and every loop over them is plain, so that a compiler
-does several at once.
+These functions are compiled (:func:`..simulation.jit.compile_entry`); the lane is the last index
+of every array, an index by itself. Lanes are independent, and every loop over them is plain, so
+that a compiler does several at once.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,41 +16,128 @@ from ..analysis.rejection import match
 from ..simulation.lanes_source import LANES
 from ..simulation.trajectory import Array
 
+WIDE = 4
+"""Steps in a spike beyond which it is not sampled too thinly, see :data:`..evidence.PER_SPIKE`."""
+
 LEAF = 128
 """Numbers that numpy adds up without halving them."""
 
 
+class Seen(NamedTuple):
+    """What is seen of blocks of lanes; the block is the first index.
+
+    ``first`` (blocks, wanted, LANES) are the samples at the start, ``level`` to ``wide`` what
+    :func:`watch` needs per wanted signal; from ``largest`` on per plant, shape (blocks, plants,
+    LANES), see :func:`gather` and :func:`mean_squares`.
+    """
+
+    first: Array
+    level: Array
+    times: Array
+    counts: Any
+    wide: Any
+    largest: Array
+    peak: Array
+    means: Array
+
+
+class Rules(NamedTuple):
+    """How it is judged: the times ``t`` of the samples, from number ``begin`` on of which count.
+
+    ``plants`` has shape (plants, 2): the wanted signals y and y_r, -1 for none. ``lengths`` are of
+    the intervals between the samples that count, ``total`` is their sum, and ``leaves`` says how
+    numpy adds them up.
+    """
+
+    t: Array
+    begin: int
+    plants: Any
+    threshold: float
+    reset: float
+    lengths: Array
+    total: float
+    leaves: Any
+
+
+def take(
+    seen: Seen, rules: Rules, out: Array, flat: Array, residual: Array, stack: Array,
+    work: Array, ring: Array, motion: Any,
+) -> None:  # fmt: skip
+    """Take blocks of lanes through all steps, a chunk at a time, and watch what they do.
+
+    ``out`` is room for a chunk of samples, ``flat`` the same without a shape, ``residual`` (plants,
+    samples that count, LANES) for the residuals of a block, ``stack`` for partial sums; the rest is
+    as ``advance`` takes it.
+    """
+    steps = len(rules.t) - 1
+    for b in range(len(work)):
+        first = last = 0
+        _copy(seen.first[b], out[0])
+        while last < steps:
+            first, last = last, min(last + len(out) - 1, steps)
+            advance(first, last, flat, work[b], ring[b], *motion)  # type: ignore[name-defined] # noqa: F821
+            for j in range(seen.level.shape[1]):
+                watch(
+                    out, last - first, j, rules.t[first : last + 1], rules.threshold, rules.reset,
+                    seen.level[b, j], seen.times[b, j], seen.counts[b, j], seen.wide[b, j],
+                )  # fmt: skip
+            start = max(first + 1 if first else 0, rules.begin)
+            if start <= last:
+                for p in range(len(rules.plants)):
+                    gather(
+                        out, last - first, rules.plants[p, 0], rules.plants[p, 1],
+                        residual[p, start - rules.begin :], start - first,
+                        seen.largest[b, p], seen.peak[b, p],
+                    )  # fmt: skip
+            _copy(out[last - first], out[0])
+        for p in range(len(rules.plants)):
+            mean_squares(
+                residual[p], rules.lengths, rules.total, rules.leaves, seen.largest[b, p],
+                stack, seen.means[b, p],
+            )  # fmt: skip
+
+
+def _copy(samples: Array, to: Array) -> None:
+    for j in range(len(to)):
+        for a in range(to.shape[1]):
+            to[j, a] = samples[j, a]
+
+
 def watch(
-    samples: Array, rows: int, width: int, j: int, t: Array,
-    threshold: float, reset: float, level: Array, times: Array, counts: Any,
+    samples: Array, rows: int, j: int, t: Array,
+    threshold: float, reset: float, level: Array, times: Array, counts: Any, wide: Any,
 ) -> None:  # fmt: skip
     """Note the events of wanted signal ``j`` in samples 1 to ``rows`` of a chunk, at times ``t``.
 
-    As :func:`..analysis.events.detect` finds them. ``level`` and ``counts`` have shape (LANES,),
-    ``times`` (room * LANES,); ``counts`` goes on beyond the room. ``level`` is what a signal must
-    reach for an event: ``threshold``, or infinity until it has been at ``reset``.
+    As :func:`..analysis.events.detect` finds them. ``level``, ``counts`` and ``wide`` have shape
+    (LANES,), ``times`` (room, LANES); ``counts`` goes on beyond the room. ``level`` is what a
+    signal must reach for an event: ``threshold``, or infinity until it has been at ``reset``.
+    ``wide`` is set to 1 where a spike is seen to last more than :data:`WIDE` steps.
     """
-    room = len(times) // LANES
+    room, lanes = times.shape
     for r in range(1, rows + 1):
         found = 0
-        now = (r * width + j) * LANES
-        for a in range(LANES):
-            found += 1 if samples[now + a] >= level[a] else 0
+        for a in range(lanes):
+            found += 1 if samples[r, j, a] >= level[a] else 0
         if found:
-            for a in range(LANES):
-                if samples[now + a] >= level[a]:
-                    x, before = samples[now + a], samples[now - width * LANES + a]
+            for a in range(lanes):
+                if samples[r, j, a] >= level[a]:
+                    x, before = samples[r, j, a], samples[r - 1, j, a]
                     part = (threshold - before) / (x - before)
                     if counts[a] < room:
-                        times[counts[a] * LANES + a] = t[r - 1] + part * (t[r] - t[r - 1])
+                        times[counts[a], a] = t[r - 1] + part * (t[r] - t[r - 1])
                     counts[a] += 1
                     level[a] = np.inf
-        for a in range(LANES):
-            level[a] = threshold if samples[now + a] <= reset else level[a]
+                    end = r
+                    while end <= rows and end < r + WIDE + 2 and samples[end, j, a] > reset:
+                        end += 1
+                    wide[a] = max(wide[a], 1 if end == r + WIDE + 2 else 0)
+        for a in range(lanes):
+            level[a] = threshold if samples[r, j, a] <= reset else level[a]
 
 
 def gather(
-    samples: Array, rows: int, width: int, y: int, y_r: int,
+    samples: Array, rows: int, y: int, y_r: int,
     residual: Array, first: int, largest: Array, peak: Array,
 ) -> None:  # fmt: skip
     """Store y - y_r of the samples ``first`` to ``rows`` of a chunk, and its extremes.
@@ -58,71 +145,77 @@ def gather(
     ``y`` and ``y_r`` are wanted signals, ``y_r`` -1 without a reference. ``residual`` is what is
     left of the table, one row of lanes per sample; ``largest`` is the magnitude's.
     """
+    lanes = residual.shape[1]
     for r in range(first, rows + 1):
-        at, to = r * width * LANES, (r - first) * LANES
-        for a in range(LANES):
-            x = samples[at + y * LANES + a]
-            if y_r >= 0:
-                x = x - samples[at + y_r * LANES + a]
-            residual[to + a] = x
+        to = r - first
+        if y_r >= 0:
+            for a in range(lanes):
+                residual[to, a] = samples[r, y, a] - samples[r, y_r, a]
+        else:
+            for a in range(lanes):
+                residual[to, a] = samples[r, y, a]
+        for a in range(lanes):
+            x = residual[to, a]
             largest[a] = max(largest[a], abs(x))
             peak[a] = max(peak[a], x)
 
 
 def mean_squares(
-    residual: Array, n: int, lengths: Array, total: float, starts: Any, sizes: Any, joins: Any,
+    residual: Array, lengths: Array, total: float, leaves: Any,
     largest: Array, stack: Array, means: Array,
 ) -> None:  # fmt: skip
     """Set ``means`` to the time average of (residual / largest)^2, shape (LANES,).
 
     That is :func:`numpy.average` of the trapezoids, to the last bit: the sum is taken in the order
-    of :func:`halves`. ``residual`` holds ``n`` samples and is overwritten; ``lengths`` (n - 1,) are
-    of the intervals, ``total`` is their sum.
+    of :func:`halves`, whose columns are ``leaves``. ``residual`` is overwritten; ``lengths`` are of
+    the intervals, one less than its samples, ``total`` is their sum; ``stack`` is room for partial
+    sums.
     """
-    for i in range(n):
-        for a in range(LANES):
-            part = residual[i * LANES + a] / (largest[a] if largest[a] != 0.0 else 1.0)
-            residual[i * LANES + a] = part * part
+    lanes, (starts, sizes, joins) = residual.shape[1], (leaves[0], leaves[1], leaves[2])
+    for i in range(len(residual)):
+        for a in range(lanes):
+            part = residual[i, a] / (largest[a] if largest[a] != 0.0 else 1.0)
+            residual[i, a] = part * part
+    if len(residual) < 2:
+        for i in range(len(residual)):
+            for a in range(lanes):
+                means[a] = residual[i, a]
+        return
     top = 0
     for leaf in range(len(starts)):
-        _leaf(residual, starts[leaf], sizes[leaf], lengths, stack, top * LANES)
+        _leaf(residual[starts[leaf] :], sizes[leaf], lengths[starts[leaf] :], stack, top)
         top += 1
         for _ in range(joins[leaf]):
             top -= 1
-            for a in range(LANES):
-                stack[(top - 1) * LANES + a] += stack[top * LANES + a]
-    for a in range(LANES):
-        means[a] = stack[a] / total
+            for a in range(lanes):
+                stack[top - 1, a] += stack[top, a]
+    for a in range(lanes):
+        means[a] = stack[0, a] / total
 
 
-def _leaf(square: Array, start: int, size: int, lengths: Array, stack: Array, to: int) -> None:
-    """Add up ``size`` trapezoids from ``start`` on, as numpy adds up to :data:`LEAF` numbers."""
-    eighths = stack.shape[0] - 8 * LANES
+def _leaf(square: Array, size: int, lengths: Array, stack: Array, to: int) -> None:
+    """Add up the first ``size`` trapezoids as numpy adds up to :data:`LEAF` numbers."""
+    eighths, lanes = stack[len(stack) - 8 :], stack.shape[1]
     for i in range(size - size % 8 if size >= 8 else 0):
-        at, slot, length = (start + i) * LANES, eighths + i % 8 * LANES, lengths[start + i]
+        slot, length = i % 8, lengths[i]
         if i < 8:
-            for a in range(LANES):
-                stack[slot + a] = 0.5 * (square[at + LANES + a] + square[at + a]) * length
+            for a in range(lanes):
+                eighths[slot, a] = 0.5 * (square[i + 1, a] + square[i, a]) * length
         else:
-            for a in range(LANES):
-                stack[slot + a] += 0.5 * (square[at + LANES + a] + square[at + a]) * length
+            for a in range(lanes):
+                eighths[slot, a] += 0.5 * (square[i + 1, a] + square[i, a]) * length
     if size >= 8:
         s = eighths
-        for a in range(LANES):
-            stack[to + a] = (
-                (stack[s + a] + stack[s + LANES + a])
-                + (stack[s + 2 * LANES + a] + stack[s + 3 * LANES + a])
-            ) + (
-                (stack[s + 4 * LANES + a] + stack[s + 5 * LANES + a])
-                + (stack[s + 6 * LANES + a] + stack[s + 7 * LANES + a])
+        for a in range(lanes):
+            stack[to, a] = ((s[0, a] + s[1, a]) + (s[2, a] + s[3, a])) + (
+                (s[4, a] + s[5, a]) + (s[6, a] + s[7, a])
             )
     else:
-        for a in range(LANES):
-            stack[to + a] = 0.0
+        for a in range(lanes):
+            stack[to, a] = 0.0
     for i in range(size - size % 8 if size >= 8 else 0, size):
-        at, length = (start + i) * LANES, lengths[start + i]
-        for a in range(LANES):
-            stack[to + a] += 0.5 * (square[at + LANES + a] + square[at + a]) * length
+        for a in range(lanes):
+            stack[to, a] += 0.5 * (square[i + 1, a] + square[i, a]) * lengths[i]
 
 
 def halves(start: int, size: int) -> list[tuple[int, int, int]]:
@@ -146,13 +239,27 @@ def tally(
     window: float,
     found: Array,
 ) -> None:
-    """Set ``found``, shape (6, LANES), from the events of one plant in all lanes.
+    """Set ``found``, shape (blocks, 6, LANES), from the events of one plant in all lanes.
 
     Its rows: disturbance events, preserved, spurious and missed after ``settle``; when the last
     event came that y and y_r do not share, before ``settle`` or after; the sum of y - y_r over the
-    preserved. ``times`` has shape (signals, room, LANES), ``counts`` (signals, LANES); ``y``,
-    ``y_r`` and each of ``disturbances`` are signals, ``y_r`` -1 for none.
+    preserved. ``times`` has shape (blocks, signals, room, LANES), ``counts`` (blocks, signals,
+    LANES); ``y``, ``y_r`` and each of ``disturbances`` are signals, ``y_r`` -1 for none.
     """
+    for b in range(len(times)):
+        _tally(times[b], counts[b], y, y_r, disturbances, settle, window, found[b])
+
+
+def _tally(
+    times: Array,
+    counts: Any,
+    y: int,
+    y_r: int,
+    disturbances: Any,
+    settle: float,
+    window: float,
+    found: Array,
+) -> None:
     for a in range(LANES):
         all_y, all_r = _events(times, counts, y, a), _events(times, counts, y_r, a)
         late_y, late_r = all_y[_first(all_y, settle) :], all_r[_first(all_r, settle) :]

@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..analysis.decision import decide, summary
-from ..analysis.events import detect
-from ..analysis.evidence import complete
+from ..analysis.events import rises
 from ..analysis.rejection import outcomes
 from ..analysis.signal import Signal, size, together
 from ..analysis.subject import Subject
-from ..analysis.verdict import residual
+from ..analysis.verdict import evidence_of, residual
 from ..errors import EventregError
 from ..simulation.impairment import Impairment
 from ..simulation.loop import Loop
@@ -97,8 +96,14 @@ def judged(run: Trajectory, subject: Subject) -> Rows:
     """Return the row of a run."""
     limits = subject.criteria
     signals = {s: Signal(run.t, run.signals[s]) for s in subject.needed}
-    events = {s: detect(t, x, *limits.detector) for s, (t, x) in signals.items()}
-    evidence = complete(subject, signals, float(run.t[-1]))
+    found_rises = {s: rises(t, x, *limits.detector[:2]) for s, (t, x) in signals.items()}
+    events = {
+        name: each.start[each.events(limits.refractory, limits.min_width)].tolist()
+        for name, each in found_rises.items()
+    }
+    end = float(run.t[-1])
+    span = limits.settle, max(limits.settle, end)
+    evidence = evidence_of(signals, found_rises, subject, span, end)
     found = summary(decide(subject, events, evidence))
     row = nothing(1)
     row['verdict'] = VERDICTS.index(found.verdict)

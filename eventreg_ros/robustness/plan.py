@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from .. import scenario as scenarios
+from ..analysis.recorded import need_span
 from ..analysis.subject import Subject, subject_of
 from ..errors import EventregError
 from ..scenario import Scenario
@@ -59,6 +60,7 @@ class Plan:
         _ = self.scenario.rate, self.scenario.time_scale, self.design
         need_linked(loop, self.impairment.on)
         _ = self.noise
+        need_span(self.subject.criteria, self.duration, settle=self.settle, until=None)
         nodes = set(self.scenario.nodes)
         for axis in axes:
             if not axis.of_run and axis.node != '/**' and axis.node not in nodes:

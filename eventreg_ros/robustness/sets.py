@@ -23,7 +23,8 @@ from ..simulation.model_time import count_steps
 from ..simulation.noise import Noise
 from .axes import Array, Axis
 from .imperfections import Imperfect, Imperfections
-from .lane_run import Template, lanes_can, run, run_alike
+from .lane_group import Template
+from .lane_run import lanes_can, run, run_alike
 from .outcome import Case, Outcomes, nothing
 from .plan import Plan
 

@@ -113,6 +113,16 @@ def inliner() -> Whole:
     return Whole(_need_njit()(**_INNER))
 
 
+@lru_cache(maxsize=16)
+def compile_callee(function: Any) -> Any:
+    """Return a function that compiled ones call, compiled once for all of them.
+
+    It may have no closure, and call none but compiled ones and others of this kind.
+    """
+    quiet = {name: value for name, value in _INNER.items() if name != 'forceinline'}
+    return Whole(_need_njit()(**quiet))(function)
+
+
 def compile_entry(function: Any) -> Any:
     """Return a function that Python calls, compiled; it lets other threads run meanwhile.
 

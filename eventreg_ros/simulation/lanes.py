@@ -3,14 +3,16 @@
 
 A block of :data:`.lanes_source.LANES` sets goes through the loop together; what they have in common
 is a :class:`Course`, what differs from lane to lane :class:`Lanes`. Nothing is kept but the samples
-of the signals that are asked for, and of those only a chunk at a time.
+of the signals that are asked for, and of those only a chunk at a time: whoever watches them is
+compiled together with the loop.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,14 +23,14 @@ from .block import BlockSpec, make_advance
 from .code_cache import generated
 from .hold import line
 from .impairment import Index, Received
-from .jit import compile_entry, inliner
+from .jit import compile_callee, compile_entry, inliner
 from .kernel import NOBODY
-from .lanes_source import COMMON, LANES, LaneBlock, Rows, Structure, layout, source_of
+from .lanes_source import COMMON, LANES, LaneBlock, Structure, layout, source_of
 from .loop import Loop
 from .trajectory import Array
 
-CHUNK = 2048
-"""Steps between two looks at the samples: so many that calls cost nothing, and no more."""
+CHUNK = 256
+"""Steps between two looks at the samples: few enough that these stay in a cache."""
 
 
 def structure_of(
@@ -57,13 +59,24 @@ def structure_of(
 
 
 @lru_cache(maxsize=64)
-def _compiled(structure: Structure) -> Any:
+def compiled_with(structure: Structure, watcher: FunctionType) -> Any:
+    """Return ``watcher`` compiled, with the ``advance`` of a structure as the global of that name.
+
+    See :func:`.lanes_source.source_of` for how it is called.
+    """
     compile = inliner()
     names: dict[str, Any] = {'L': LANES, 'line': compile(line)}
     for b, block in enumerate(structure.blocks):
         names[f'advance_{b}'] = make_advance(block.model, compile)
         names[f'pack_{b}'] = block.pack
-    return compile_entry(generated(source_of(structure), 'advance', names))
+    advance = generated(source_of(structure), 'advance', names)
+    called = {
+        name: compile_callee(function)
+        for name in watcher.__code__.co_names
+        if isinstance(function := watcher.__globals__.get(name), FunctionType)
+    }
+    home = {**watcher.__globals__, **called, 'advance': advance}
+    return compile_entry(FunctionType(watcher.__code__, home, watcher.__name__))
 
 
 class Links(NamedTuple):
@@ -138,7 +151,7 @@ class Start:
     """Where lanes begin, one array per block: states (n, dimension), parameters (n, count).
 
     ``outputs`` are those at the start, without noise, and ``sds`` the standard deviations of the
-    noise, one per noisy signal, (n,) each; n is at most LANES.
+    noise, one per noisy signal, (n,) each.
     """
 
     x: Sequence[Array]
@@ -168,69 +181,70 @@ def first_output(spec: BlockSpec, x: State | None = None, params: Params | None 
 
 
 class Lanes:
-    """A block of lanes on its way."""
+    """Blocks of lanes at their start; :func:`compiled_with` takes them on.
+
+    ``work`` (blocks, numbers) and ``ring`` (blocks, numbers) are what ``advance`` reads and writes
+    of each block, flat; ``first`` are the wanted samples at the start, (blocks, wanted, LANES).
+    """
 
     def __init__(self, course: Course, start: Start) -> None:
         self.course = course
-        self._layout = layout(course.structure)
-        self._work = np.zeros((self._layout.rows, LANES))
+        self._layout, self._count = layout(course.structure), len(start.outputs[0])
+        blocks = -(-self._count // LANES)
+        self._pad = np.minimum(np.arange(blocks * LANES), self._count - 1)
+        self._work = np.zeros((blocks, self._layout.rows, LANES))
         self._size = 1 << (course.links.reach + 1).bit_length()
-        self._ring = np.zeros((self._size, course.structure.signals, LANES))
+        self._ring = np.zeros((blocks, self._size, course.structure.signals, LANES))
         self._fill(start)
-        width = len(course.structure.wanted)
-        self._out = np.empty((min(CHUNK, course.steps) + 1, width, LANES))
-        self._out[0] = self._ring[0, list(course.structure.wanted)]
+        self.work, self.ring = (each.reshape(blocks, -1) for each in (self._work, self._ring))
+        self.first = np.ascontiguousarray(self._ring[:, 0, list(course.structure.wanted)])
 
     def _fill(self, start: Start) -> None:
-        structure = self.course.structure
+        structure, lay, first = self.course.structure, self._layout, self._ring[:, 0]
         for s in range(structure.stimuli):
-            self._ring[0, s] = self.course.open_inputs[s, 0]
-        blocks = zip(structure.blocks, self._layout.blocks, strict=True)
-        for b, (block, rows) in enumerate(blocks):
-            self._put(rows, start.x[b], start.params[b])
-            self._ring[0, block.row] = _padded(start.outputs[b])
+            first[:, s] = self.course.open_inputs[s, 0]
+        for b, (block, rows) in enumerate(zip(structure.blocks, lay.blocks, strict=True)):
+            self._work[:, rows.x] = x = self._lanes(start.x[b])
+            self._work[:, rows.params] = self._lanes(start.params[b])
+            first[:, block.row] = self._lanes(start.outputs[b])
             for signal, i in block.observed:
-                self._ring[0, signal] = _padded(start.x[b][:, i])
+                first[:, signal] = x[:, i]
         for i, signal in enumerate(structure.noisy):
-            sd = self._work[self._layout.sds[i]] = _padded(start.sds[i])
-            self._ring[0, signal] += sd * self.course.noise[i, 0]
-        self._work[self._layout.now] = self._work[self._layout.before] = self._ring[0]
+            sd = self._work[:, lay.sds[i]] = self._lanes(start.sds[i])
+            first[:, signal] += sd * self.course.noise[i, 0]
+        self._work[:, lay.now] = self._work[:, lay.before] = first
 
-    def _put(self, rows: Rows, x: Array, params: Array) -> None:
-        self._work[rows.x] = _padded(x).T
-        self._work[rows.params] = _padded(params).T
+    def _lanes(self, values: Array) -> Array:
+        """Return ``values`` by lanes, (blocks, ..., LANES): lanes beyond them do as the last."""
+        padded = values[self._pad].reshape(len(self._work), LANES, *values.shape[1:])
+        return np.moveaxis(padded, 1, -1)
 
-    def chunks(self) -> Iterator[tuple[int, int, Array]]:
-        """Take the lanes through all steps; yield (first, last, samples) after each chunk.
+    def room(self) -> Array:
+        """Return room for the samples of a chunk, shape (chunk + 1, wanted, LANES)."""
+        chunk = min(CHUNK, self.course.steps)
+        return np.empty((chunk + 1, len(self.course.structure.wanted), LANES))
 
-        ``samples`` has shape (chunk + 1, wanted signals, LANES): samples ``first`` to ``last`` in
-        its first rows. It is overwritten by the next chunk.
-        """
-        course, last = self.course, 0
-        advance, open_inputs = _compiled(course.structure), course.open_inputs.ravel()
-        stride = course.open_inputs.shape[2] if course.structure.stimuli else 1
-        noise = course.noise.ravel(), course.noise.shape[2]
-        work, ring, out = self._work.ravel(), self._ring.ravel(), self._out.ravel()
-        while last < course.steps:
-            first, last = last, min(last + CHUNK, course.steps)
-            advance(
-                first, last, course.h, work, ring, self._size - 1, open_inputs, stride,
-                course.links.newest, course.links.previous, course.steps, course.horizons,
-                *noise, out,
-            )  # fmt: skip
-            yield first, last, self._out
-            self._out[0] = self._out[last - first]
+    @property
+    def motion(self) -> tuple[Any, ...]:
+        """What ``advance`` takes besides."""
+        course = self.course
+        return (
+            course.h,
+            self._size - 1,
+            course.open_inputs.ravel(),
+            course.open_inputs.shape[2],
+            course.links.newest,
+            course.links.previous,
+            course.steps,
+            course.horizons,
+            course.noise.ravel(),
+            course.noise.shape[2],
+        )
 
     @property
     def finite(self) -> npt.NDArray[np.bool_]:
-        """Which lanes have had finite samples and states only, shape (LANES,)."""
+        """Which sets have had finite samples and states only, shape (n,)."""
         states = [row for rows in self._layout.blocks for row in rows.x]
-        finite: npt.NDArray[np.bool_] = np.isfinite(self._work[[*states, self._layout.alarm]])
-        every: npt.NDArray[np.bool_] = np.logical_and.reduce(finite)
-        return every
-
-
-def _padded(values: Array) -> Array:
-    """Return ``values``, shape (n, ...), as LANES lanes: those beyond n do as the last."""
-    lanes: Array = values[np.minimum(np.arange(LANES), len(values) - 1)]
-    return lanes
+        finite: npt.NDArray[np.bool_] = np.isfinite(self._work[:, [*states, self._layout.alarm]])
+        every: npt.NDArray[np.bool_] = np.logical_and.reduce(finite, axis=1)
+        return every.ravel()[: self._count]

@@ -9,6 +9,7 @@ functions of :func:`.block.make_advance` and :func:`.hold.line`, called lane by 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 from ..models import Model, first_state
@@ -81,6 +82,7 @@ class Rows(NamedTuple):
     y: int
 
 
+@lru_cache(maxsize=64)
 def layout(structure: Structure) -> Layout:
     """Return where the numbers of a structure lie."""
     free = iter(range(10**9))
@@ -107,12 +109,14 @@ def layout(structure: Structure) -> Layout:
 def source_of(structure: Structure) -> str:
     """Return the source of ``advance``, which takes a run from step ``first`` to ``last``.
 
-    See :meth:`.lanes.Lanes.advance`, which calls it, for its arguments.
+    ``out`` takes the samples of the wanted signals, flat: row 0 those before, then one per step.
+    ``work`` and ``ring`` are those of a block of :class:`.lanes.Lanes`; what follows is its
+    ``motion``.
     """
     return '\n'.join(
         [
-            'def advance(first, last, h, work, ring, mask, open_inputs, stride, newest, previous,'
-            ' steps, horizons, noise, width, out):',
+            'def advance(first, last, out, work, ring, h, mask, open_inputs, stride, newest,'
+            ' previous, steps, horizons, noise, width):',
             '    for n in range(first, last):',
             *(f'        {line}' for line in _step(structure)),
             '',

@@ -59,6 +59,37 @@ def test_a_row_is_what_simulate_says():
         assert rows['spurious'][i] == report.rejection.spurious
 
 
+@pytest.mark.parametrize(
+    ('parameters', 'settle'),
+    [
+        (['/**.rate:={1.5,4,50}', 'controller.k:={0.7,3}'], None),
+        (['exosystem.tau:={0.1,0.5}', 'exosystem.k:={8,20}', '/**.rate:=12'], 60.0),
+        (
+            [
+                'exosystem.x0[0]:={0,0.5,3}',
+                'exosystem.x0[2]:={0,2}',
+                'exosystem.k:=0',
+                '/**.rate:=50',
+            ],
+            60.0,
+        ),
+        (['spike_monitor.refractory:={0,40}', 'controller.k:={0.5,2}', '/**.rate:=50'], 60.0),
+    ],
+)
+def test_what_is_sampled_too_thinly_is_undecided_as_in_simulate(parameters, settle):
+    scenario = load('mismatch')
+    plan = Plan.of(scenario, parameters, duration=250.0, settle=settle)
+    sets, columns = Sets(plan), plan.design.columns(0, plan.design.count)
+    found = sets.run(columns)
+    for i, values in enumerate(zip(*columns, strict=True)):
+        if i in found.reasons:
+            with pytest.raises(EventregError):
+                simulate(sets.scenario(values), 250.0, sampled=True)
+            continue
+        report = judge(simulate(sets.scenario(values), 250.0, sampled=True), settle)
+        assert VERDICTS[found.rows['verdict'][i]] == report.verdict, values
+
+
 TWO_PLANTS = """
 /**: {ros__parameters: {rate: 50.0}}
 exosystem: {ros__parameters: {}}

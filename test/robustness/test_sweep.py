@@ -146,6 +146,8 @@ def test_the_library_gives_the_same_table():
     assert found.as_json() | {'seconds': 0} == same.as_json() | {'seconds': 0}
     for name, column in same.columns.items():
         assert found[name].tolist() == column.tolist()
+    assert repr(found).startswith('<Sweep of exact: 6 sets, ')
+    assert len(found.plot().axes) >= 2
     frame = pytest.importorskip('pandas') and found.to_dataframe()
     assert len(frame) == 6
     assert sweep('exact', {'plant.k': '1~5%'}, sets=3, seed=2, **more)['plant.k'].std() > 0

@@ -20,12 +20,14 @@ kernels = list(jit._compiled.values())
 """
 LANES = """
 from eventreg_ros import load
+from eventreg_ros.robustness import lane_counts
 from eventreg_ros.robustness.plan import Plan
 from eventreg_ros.robustness.sets import Sets
 from eventreg_ros.simulation import lanes
 plan = Plan.of(load('uncontrolled'), ['exosystem.tau:={0.05,0.1}', '/**.rate:=50'], duration=200.0)
 print(Sets(plan).run(plan.design.columns(0, 2)).rows['residual_rms'].tolist())
-kernels = [lanes._compiled(lanes.structure_of(load('uncontrolled').loop, ['w', 'y'], 'perfect'))]
+structure = lanes.structure_of(load('uncontrolled').loop, ['w', 'y'], 'perfect')
+kernels = [lanes.compiled_with(structure, lane_counts.take)]
 """
 HITS = """
 for kernel in kernels:
