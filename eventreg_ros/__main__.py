@@ -23,9 +23,13 @@ def main() -> int:
     from .cli.main import main as command
 
     try:
-        return command()
+        code = command()
     finally:
         interrupts.handle(signal.SIG_IGN)  # the work is done; Python's own end takes its time
+    if code == interrupts.INTERRUPTED:
+        # Python itself may end by SIGINT after a KeyboardInterrupt, though it was caught.
+        os._exit(code)
+    return code
 
 
 if __name__ == '__main__':
