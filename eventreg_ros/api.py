@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, SupportsFloat
 
 import numpy as np
 import numpy.typing as npt
@@ -105,8 +105,16 @@ def _with(scenario: Scenario, overrides: Iterable[str | Overrides]) -> Scenario:
     """Return ``scenario`` with all overrides at once: one by one they may contradict others."""
     read: list[str | Override] = []
     for each in overrides:
-        read += [each] if isinstance(each, str) else [Override.of(*pair) for pair in each.items()]
+        if isinstance(each, str):
+            read.append(each)
+        else:
+            read += [Override.of(name, _plain(value)) for name, value in each.items()]
     return scenario_files.with_overrides(scenario, read) if read else scenario
+
+
+def _plain(value: object) -> object:
+    """Return an array or a number of numpy as Python's own."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _loaded(scenario: Given, overrides: str | Overrides | None = None) -> Scenario:
@@ -155,13 +163,13 @@ def simulate(
     >>> len(run.events['w']), run['y'].shape
     (10, (8001,))
     """
-    if isinstance(overrides, int | float):
-        duration, overrides = overrides, None
-    if not (duration is None or isinstance(duration, int | float)):
+    if isinstance(overrides, SupportsFloat):  # a number, numpy's too
+        duration, overrides = float(overrides), None
+    if not (duration is None or isinstance(duration, SupportsFloat)):
         raise EventregError(f'duration must be a number, of model time, got {shown(duration)}')
     return simulated.simulate(
         _loaded(scenario, overrides),
-        duration,
+        None if duration is None else float(duration),
         sampled=sampled,
         delay=delay,
         loss=loss,

@@ -205,6 +205,11 @@ def test_a_run_is_saved_in_what_other_programs_read(exact, tmp_path):
 
 
 def test_overrides_are_dictionaries_or_texts():
+    numpy = {'controller.k': np.int64(3), 'plant.x0': np.array([0.5, 0.0])}
+    run = simulate('exact', numpy, np.int64(20))
+    assert run.scenario.nodes['controller']['k'] == 3.0
+    assert run['y'][0] == 0.5
+    assert simulate('exact', np.float32(20)).t[-1] == run.t[-1] == 20.0
     text = simulate('exact', 'controller.k:=3', 20.0)
     assert text.scenario.nodes['controller']['k'] == 3.0
     scenario = load('exact', {'controller.k': 3, '/**.rate': 100.0}, 'plant.tau:=1/10')
