@@ -86,6 +86,8 @@ def limited():
 
 def _memory(peak):
     """MiB that the process holds, or held at most since it was last asked what it holds."""
+    if not Path('/proc/self/clear_refs').exists():  # only Linux tells
+        return 0.0
     if not peak:
         Path('/proc/self/clear_refs').write_text('5')
     status = Path('/proc/self/status').read_text()
