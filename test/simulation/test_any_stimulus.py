@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from eventreg_ros.errors import EventregError, ParameterError
-from eventreg_ros.simulation.stimulus import Stimulus, read_points
+from eventreg_ros.simulation.stimulus import MAX_BREAKS, Stimulus, read_points
 
 pytestmark = pytest.mark.slow
 
@@ -54,8 +54,8 @@ def pulses(draw):
 def test_between_its_breaks_a_pulse_does_not_jump(stimulus, end):
     try:
         found = stimulus.breaks(end)
-    except EventregError as error:
-        assert 'jumps' in str(error)
+    except EventregError:
+        assert 2.0 * end / stimulus.period > MAX_BREAKS
         return
     assert found == sorted(set(found))
     assert all(0.0 < t < end for t in found)
