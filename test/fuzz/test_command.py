@@ -170,3 +170,22 @@ def test_analyze(fuzz, answered, mangled, make_bag):
         return answered([*arguments, *['--lenient'] * draw.randrange(2)])[0]
 
     fuzz(40, case)
+
+
+def test_other_verbs(fuzz, answered, mangled, make_bag):
+    """Those that take long are given nothing that they could work on."""
+    bag = str(make_bag(w=[20, 120, 160, 200, 240], y=[130], u=[20]))
+    nothing = ['exat', f'{bag}/x', '', '.', '/dev/null']
+    numbers = [f'--{name}' for name in ('settle', 'window', 'time', 'until', 'duration')]
+
+    def case(draw):
+        verb = draw.choice(['compare', 'new', 'list', 'analyse', 'certify', 'identify', 'margin'])
+        good = [] if verb in ('certify', 'identify', 'margin') else ['exact', 'linear', bag]
+        arguments = [verb, *draw.sample([*nothing, *good], draw.choice([1, 1, 2]))]
+        if draw.random() < 0.5:
+            arguments.append(f'{draw.choice(numbers)}={draw.choice(NUMBERS)}')
+        if draw.random() < 0.3:
+            arguments[-1] = mangled(arguments[-1], draw)
+        return verb, answered(arguments)[0]
+
+    fuzz(20, case)

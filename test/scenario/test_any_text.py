@@ -3,8 +3,10 @@
 
 import math
 
+import numpy as np
 import pytest
 
+from eventreg_ros import api
 from eventreg_ros.errors import EventregError
 from eventreg_ros.scenario import Override, Scenario, load, parse, ros_yaml, shipped
 from eventreg_ros.scenario.interventions import Intervention, read_all
@@ -85,6 +87,23 @@ def test_what_link_says_is_what_the_link_does(signal, options):
 def test_any_text_for_an_override_is_read_or_refused(text):
     one_error(Override.read, text)
     one_error(lambda each: load('exact', [each]), text)
+
+
+PYTHON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary()
+    | st.sampled_from([np.float32(0.1), np.int64(2), np.arange(2.0), np.array(1.0), object(), int]),
+    lambda each: st.lists(each) | st.tuples(each) | st.dictionaries(st.text(), each),
+    max_leaves=5,
+)  # fmt: skip
+KEYS = st.sampled_from(['controller.k', 'plant.x0', '/**.rate', 'plant.output', 'plant.lockstep'])
+
+
+@given(name=KEYS | TEXT, value=PYTHON)
+def test_any_value_of_python_is_taken_or_refused(name, value):
+    scenario = one_error(lambda each: api.load('exact', {each: value}), name)
+    if scenario is not None:
+        again = parse(scenario.to_yaml(), scenario.name)
+        assert repr(again.nodes) == repr(scenario.nodes)
 
 
 # Files --------------------------------------------------------------------------------------------
