@@ -234,6 +234,9 @@ def read_bag(
     judged, by its own scenario, when it is first asked for its verdict or events, where
     :func:`analyze` refuses a bag at once that lacks a signal. Raises EventregError, one line, where
     there is nothing to read.
+
+    >>> read_bag('BAG', topics=['y:=/arm/joint_states:velocity[2]'])['y']  # doctest: +SKIP
+    array([0., 0.01664, ...])
     """
     found = reader.read_bag(bag, namespace, topics=topics, time=time, signals=signals)
     scenario = recorded.scenario_of(found, None, namespace)

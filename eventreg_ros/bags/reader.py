@@ -38,9 +38,6 @@ def read_bag(
     type. ``time`` is log, publish or header; by default the publish time where it is plausible.
     ``signals``: only these. Damage costs what it hit, and is among the findings. Raises BagError,
     one line, where there is nothing to read.
-
-    >>> read_bag('BAG', topics=['y:=/arm/joint_states:velocity[2]'])  # doctest: +SKIP
-    <Recording of w 8001, y 8001, u 8001 samples; 0 findings>
     """
     try:
         return _read(Path(path), Choice(str(path), namespace, topics, signals), time)
