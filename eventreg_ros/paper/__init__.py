@@ -10,9 +10,10 @@ from ..scenario.hint import hint
 from .figure import Case, Drawable, PaperFigure, compute_runs
 from .figures_in_paper import SHOWN
 from .figures_of_claims import ARGUED
-from .figures_of_learning import LEARNED, SWEPT
+from .figures_of_learning import IDENTIFIED, LEARNED, SWEPT
 from .figures_of_links import DELAY_MARGIN, MESSAGES
 from .gallery import Figure, gallery
+from .identified import IdentifiedFigure, compute_identified
 from .swept import SweptFigure, compute_swept
 
 __all__ = [
@@ -27,7 +28,8 @@ __all__ = [
 ]
 
 FIGURES: dict[str, Figure] = {
-    figure.name: figure for figure in (*SHOWN, *ARGUED, *LEARNED, *SWEPT, DELAY_MARGIN, MESSAGES)
+    figure.name: figure
+    for figure in (*SHOWN, *ARGUED, *LEARNED, *SWEPT, IDENTIFIED, DELAY_MARGIN, MESSAGES)
 }
 """All figures by name, in the order in which they are made."""
 
@@ -39,6 +41,8 @@ def compute(figure: Figure, overrides: Iterable[str] = ()) -> Drawable:
     """
     if isinstance(figure, SweptFigure):
         return compute_swept(figure, overrides)
+    if isinstance(figure, IdentifiedFigure):
+        return compute_identified(figure, overrides)
     return compute_runs(figure, overrides)
 
 

@@ -8,9 +8,10 @@ from collections.abc import Iterable
 from textwrap import fill
 
 from .figure import Case, PaperFigure, parameters, scenarios_of
+from .identified import IdentifiedFigure
 from .swept import SweptFigure
 
-Figure = PaperFigure | SweptFigure
+Figure = PaperFigure | SweptFigure | IdentifiedFigure
 
 HEAD = """\
 # Gallery
@@ -51,7 +52,7 @@ def _section(figure: Figure, pictures: str) -> str:
 def _about(figure: Figure) -> str:
     beyond = figure.source.startswith('Beyond')
     source = _filled(f'- {figure.source}' if beyond else f'- In the paper: {figure.source}')
-    if isinstance(figure, SweptFigure):
+    if not isinstance(figure, PaperFigure):
         return source
     symbols = parameters(scenarios_of(figure).values(), figure.symbols)
     return f'{source}\n- Parameters: {", ".join(symbols)}.'
@@ -63,7 +64,7 @@ def _filled(text: str) -> str:
 
 def _commands(figure: Figure) -> str:
     made = f'eventreg figures {figure.name}\n'
-    if isinstance(figure, SweptFigure):
+    if not isinstance(figure, PaperFigure):
         return (
             f'```console\n{made}'
             + ''.join(f'{c.command}\n' for c in figure.cases.values())

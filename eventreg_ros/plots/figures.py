@@ -146,6 +146,9 @@ def _in_ratios(axis: Any, x: Array) -> None:
     axis.set_xscale('log')
     axis.minorticks_off()
     ticks = [tick for tick in ROUND if x[0] <= tick <= x[-1]]
+    if len(ticks) < 2:
+        decades = [digit * 10.0**power for power in range(-9, 9) for digit in (1, 3)]
+        ticks = [tick for tick in decades if x[0] * (1 - 1e-9) <= tick <= x[-1] * (1 + 1e-9)]
     axis.set_xticks(ticks, [f'{tick:g}' for tick in ticks])
 
 

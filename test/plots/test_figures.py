@@ -248,6 +248,14 @@ def test_the_lines_are_the_data(name):
             assert to_hex(line.get_color()).upper() == curve.look.colour
 
 
+def test_identification_errs_in_proportion_to_the_noise():
+    d = data('identification')
+    for name, limit in (('w', 2e-4), ('y', 2e-4), ('loop', 1e-4)):  # at 0.05; issue and bench
+        errors = d.columns[name]
+        assert (errors[d.t <= 0.05] < limit).all()
+        np.testing.assert_allclose(errors / errors[0], d.t / d.t[0], rtol=0.1)
+
+
 @pytest.mark.parametrize('name', [f.name for f in FIGURES.values() if f.layout.events])
 def test_the_ticks_are_the_events(name):
     d = data(name)
