@@ -32,7 +32,7 @@ lint: $(VENV)/installed
 bench: $(VENV)/installed
 	@for table in $(filter-out bench/soak.py,$(wildcard bench/*.py)); do echo "== $$table"; $(BIN)/python $$table || exit 1; done
 
-# Generated files, texts, bags, models and requests: 20 times as many as in the tests, some 10,000;
+# Generated files, texts, bags, models and requests: 20 times as many as in the tests, some 14,000;
 # and so of all that hypothesis draws. SEED=N draws others; of the first kind a failure names its
 # case, which CASE=N tries alone.
 SEED ?= 1

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the generated tests share: how many cases, from which seed, and the limits for each case.
 
-``make test`` tries some 500 cases, always the same ones. ``make fuzz`` tries 20 times as many, and
+``make test`` tries some 700 cases, always the same ones. ``make fuzz`` tries 20 times as many, and
 ``make fuzz SEED=7`` others. EVENTREG_FUZZ is the factor, EVENTREG_FUZZ_SEED the seed, and with
 EVENTREG_FUZZ_CASE a failure's number is tried alone.
 """
