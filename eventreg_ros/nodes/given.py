@@ -38,6 +38,14 @@ def as_meant(arguments: Sequence[str]) -> Iterator[list[str]]:
         yield result
 
 
+def check_values(arguments: Sequence[str]) -> None:
+    """Raise ScenarioError for a value behind -p that rcl refuses, which logs a line of its own."""
+    for i, word in _ros_values(arguments):
+        found = re.fullmatch(r'(?:[^:]+:(?!=))?([^:]+):=(.*)', word, re.DOTALL)
+        if arguments[i - 1] in PARAMETER and found is not None:
+            ros_yaml.value(found[2], f'-p {word}', found[1])
+
+
 def refusal(arguments: Sequence[str]) -> str | None:
     """Return why a parameter file among ``arguments`` is refused, in our words; None: it is not."""
     try:

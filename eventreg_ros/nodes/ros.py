@@ -26,7 +26,7 @@ from ..scenario.parameters import parameters_of
 from . import environment
 from .ending import Ending
 from .executables import answer, own_words
-from .given import as_meant, refusal
+from .given import as_meant, check_values, refusal
 
 RCLError: type[Exception] = rclpy_implementation.RCLError
 UnknownROSArgsError: type[Exception] = rclpy_implementation.UnknownROSArgsError
@@ -106,6 +106,7 @@ def _init(arguments: list[str]) -> None:
     """Initialise rclpy. Raises EventregError when it refuses the arguments or the environment."""
     environment.check(os.environ)
     environment.check_security(os.environ)
+    check_values(arguments)
     with as_meant(arguments) as meant:
         try:
             rclpy.init(args=meant, signal_handler_options=SignalHandlerOptions.NO)
