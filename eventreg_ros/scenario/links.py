@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from ..errors import EventregError, ParameterError, ScenarioError
 from ..simulation.loop import Loop
 from .hint import hint
+from .other_nodes import OTHERS
 from .parameter import Parameter
-from .table import OTHERS
 
 OPTIONS = {p.name: p for p in OTHERS['link'] if p.name not in ('input', 'output', 'autostart')}
 """The parameters of the link node that --link may set."""

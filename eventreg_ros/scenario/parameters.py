@@ -22,8 +22,9 @@ from ..models.roles import ROLES
 from .hint import hint
 from .inputs import delays_of, templates_of
 from .names import NodeName, split
+from .other_nodes import OTHERS
 from .parameter import ACTIVE, INACTIVE, Parameter
-from .table import FORESIGHT, MODEL, OTHERS, PACE, ROUTE, WIRES
+from .table import FORESIGHT, MODEL, PACE, ROUTE, WIRES
 
 ROS_OWN = {
     name: Parameter(name, 'bool', False, 'of every ROS node')

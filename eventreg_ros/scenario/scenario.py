@@ -28,8 +28,8 @@ Values = Mapping[str, Any]
 Given = dict[str, dict[str, Any]]
 """Parameters by node, as somebody gave them."""
 
-WIRES = ('excitatory', 'inhibitory', 'plant_inputs')
-INPUTS = (*WIRES, 'signals')
+HEARD = ('excitatory', 'inhibitory', 'plant_inputs')
+INPUTS = (*HEARD, 'signals')
 """Parameters that list signals to listen to."""
 
 
@@ -313,7 +313,7 @@ class Scenario:
         extra: Given = {}
         for node in self.nodes:
             home = self.name_of(node).namespace
-            for key in WIRES:
+            for key in HEARD:
                 inputs = self.nodes[node].get(key, [])
                 if link.signal in (full_name(home, s) for s in inputs):
                     extra.setdefault(node, {})[key] = [
@@ -401,11 +401,11 @@ class Scenario:
         given = {n: dict(v) for n, v in self.given.items() if self.name_of(n).kind != 'link'}
         for node, values in given.items():
             home = self.name_of(node).namespace
-            for key in (k for k in (*WIRES, 'held_inputs') if k in self.nodes[node]):
+            for key in (k for k in (*HEARD, 'held_inputs') if k in self.nodes[node]):
                 found = [behind.get(full_name(home, s), (s, 0.0)) for s in self.nodes[node][key]]
                 values[key] = [signal.removeprefix(f'{home}/') for signal, _ in found]
                 late = [f'{s.removeprefix(f"{home}/")}:{delay!r}' for s, delay in found if delay]
-                if key in WIRES:
+                if key in HEARD:
                     values['lockstep_delays'] = values.get('lockstep_delays', []) + late
         return Scenario.of(self.name, given)
 
