@@ -18,7 +18,7 @@ from ..runtime.figures import STATE
 from ..scenario.names import kind_of
 from ..scenario.parameter import ACTIVE, INACTIVE, START, UNCONFIGURED, Parameter
 from ..scenario.parameters import completed, parameters_of
-from ..scenario.qos import check_key, keys_of
+from ..scenario.qos import check_key, keys_of, misspelt
 from .declare import declare, fitted, given_to, widened
 from .endpoints import Endpoints
 from .given import as_meant
@@ -158,6 +158,8 @@ class ManagedNode(Endpoints):
         self.open()
         for key in keys_of(given_to(self)):
             check_key(self.label, key, self.endpoints)
+            if topic := misspelt(key, self.endpoints):
+                self.get_logger().warning(f'{key} acts on nothing here; did you mean {topic}?')
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start."""

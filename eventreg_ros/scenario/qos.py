@@ -7,6 +7,7 @@ name without a word and does nothing with it, so that such keys are refused here
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Collection, Iterable
 from typing import NamedTuple
@@ -49,6 +50,15 @@ def check_key(node: str, key: str, endpoints: Collection[Endpoint]) -> None:
                 f'{node}.{key} acts on nothing: {each.name} is {each.topic} here; '
                 f'write {each.key(policy)}'
             )
+
+
+def misspelt(key: str, endpoints: Iterable[Endpoint]) -> str | None:
+    """Return the topic that ``key`` may mean, where it names none of a node's but nearly one."""
+    found = _KEY.fullmatch(key)
+    known = [each.topic for each in endpoints if found is not None and each.kind == found[2]]
+    if found is None or found[1] in known:
+        return None
+    return next(iter(difflib.get_close_matches(found[1], known, 1)), None)
 
 
 def need_topic(where: str, key: str, endpoints: Collection[Endpoint]) -> None:

@@ -9,6 +9,7 @@ from eventreg_ros import certificates, simulate
 from eventreg_ros.errors import EventregError, ParameterError, ScenarioError
 from eventreg_ros.robustness.margins import margins
 from eventreg_ros.scenario import Criteria, config_directory, files, load, parse, shipped, with_file
+from eventreg_ros.scenario.qos import Endpoint, misspelt
 
 # The paper (paper.tex): (k_p, tau_p) = (1, 1/11) in every caption; (k_w, tau_w), (k_eta, tau_eta)
 # and (k_r, tau_r) from the captions of fig. not_contr (quiescent), exact_reg (exact, and with it
@@ -535,3 +536,18 @@ def test_a_file_counts_from_the_file_that_names_it(tmp_path, monkeypatch):
 def test_a_file_of_another_package_is_its_own_matter():
     text = 'stimulus: {ros__parameters: {package: theirs, executable: x, file: v.csv}}'
     assert parse(text, 'mine').nodes['stimulus']['file'] == 'v.csv'
+
+
+@pytest.mark.parametrize(
+    ('key', 'topic'),
+    [
+        ('qos_overrides./yy.publisher.depth', '/y'),
+        ('qos_overrides./y.publisher.depth', None),
+        ('qos_overrides./w.publisher.depth', None),  # of another node, as below /**
+        ('qos_overrides./yy.subscription.depth', None),
+        ('k', None),
+    ],
+)
+def test_a_qos_key_that_is_nearly_one_is_recognised(key, topic):
+    endpoints = [Endpoint('y', '/y', 'publisher'), Endpoint('w', '/w', 'subscription')]
+    assert misspelt(key, endpoints) == topic
