@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from ..analysis.rejection import REJECTED
 from ..analysis.report_table import table
 from ..session.live import LiveRun
@@ -28,6 +30,8 @@ def show(found: LiveRun, outputs: ReportOutputs, timing: bool = False) -> int:
         return BROKEN
     report = analysis.report
     warn(report.evidence.warnings)
+    for line in live_timing.short_leads(found.warnings):
+        print(f'eventreg: {line}', file=sys.stderr)
     warnings = found.warnings if timing else live_timing.matters(found.warnings)
     if found.measured and (timing or (warnings and report.verdict != REJECTED)):
         print(live_timing.tables(found.measured, warnings))

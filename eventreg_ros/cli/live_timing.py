@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 from ..runtime.figures import LATE, Percentiles, TickFigures, inputs_in
+
+_LEAD = re.compile(r'set -p /\*\*\.lead:=(\d+(?:\.\d+)?)')
 
 Measured = Mapping[str, Mapping[str, str]]
 
@@ -20,6 +23,19 @@ def matters(warnings: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
         for node, messages in warnings.items()
     }
     return {node: messages for node, messages in kept.items() if messages}
+
+
+def short_leads(warnings: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return, for each node to which samples came after their time, the lead that covers it."""
+    lines = []
+    for node, messages in warnings.items():
+        needed = [float(lead) for m in messages for lead in _LEAD.findall(m)]
+        if needed:
+            lines.append(
+                f'{node.strip("/")}: in {len(needed)} seconds samples came after their time; '
+                f'set -p /**.lead:={max(needed):g}'
+            )
+    return lines
 
 
 def tables(measured: Measured, warnings: Mapping[str, Sequence[str]]) -> str:
