@@ -40,10 +40,14 @@ class JudgedPlant(NamedTuple):
     lead: float = 0.0
 
     @property
+    def compared(self) -> tuple[str, ...]:
+        """The signals whose events are matched: the output, and its reference if there is one."""
+        return (self.output,) if self.reference is None else (self.output, self.reference)
+
+    @property
     def needed(self) -> tuple[str, ...]:
         """The signals that must have been seen for a verdict."""
-        reference = () if self.reference is None else (self.reference,)
-        return (*self.disturbances, self.output, *reference)
+        return (*self.disturbances, *self.compared)
 
 
 @dataclass(frozen=True)

@@ -182,7 +182,11 @@ def evidence_of(
     """
     blind = subject.criteria.blind
     coverage = {name: _coverage(signals, name, blind) for name in subject.needed}
-    risen = {name: _risen(signals[name], each, subject, span) for name, each in found.items()}
+    compared = {name for plant in subject.plants for name in plant.compared}
+    risen = {
+        name: _risen(signals[name], each, subject, span if name in compared else None)
+        for name, each in found.items()
+    }
     return gather(subject, coverage, span, end, findings, risen)
 
 
@@ -204,8 +208,9 @@ def _events(found: Rises, subject: Subject) -> list[float]:
     return times
 
 
-def _risen(signal: Signal, found: Rises, subject: Subject, span: Span) -> Risen:
-    since = up_since(signal, subject.criteria.threshold, span[1])
+def _risen(signal: Signal, found: Rises, subject: Subject, span: Span | None) -> Risen:
+    """Return how a signal was above; since when at the end of ``span``, if that matters."""
+    since = None if span is None else up_since(signal, subject.criteria.threshold, span[1])
     return Risen(float(found.width.max(initial=0.0)), since)
 
 
