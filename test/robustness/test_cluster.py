@@ -61,5 +61,5 @@ def test_without_a_scheduler_there_is_one_line(tmp_path, monkeypatch):
 
 def test_without_distributed_the_error_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'distributed', None)
-    with pytest.raises(EventregError, match=r"pip install 'eventreg_ros\[cluster\]'"):
+    with pytest.raises(EventregError, match=r"pip install '\.\[cluster\]'"):
         run_sweep(plan(), tmp_path / 'a.csv', on_cluster(None))
