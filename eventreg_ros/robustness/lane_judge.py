@@ -75,7 +75,8 @@ class Judge:
         """Take lanes to their end; return a row for each set, and which of the rows hold.
 
         No row holds for a set that does not stay finite, has more events than there is room for,
-        or where a spike may pass between two samples.
+        where a spike may pass between two samples, or an output that ends without a reset may have
+        been up all the time.
         """
         seen, rules = self._room(lanes.first), self._rules
         late = len(rules.t) - rules.begin
@@ -89,7 +90,9 @@ class Judge:
         if late:
             _put_sizes(rows, seen)
         finite = lanes.finite
-        return rows[: len(finite)], finite & self._holds(seen)[: len(finite)]
+        up = np.isinf(seen.level[:, rules.plants[:, 0]]).any(axis=1).ravel()
+        holds = self._holds(seen) & ~(up & (rows['verdict'] == VERDICTS.index(REJECTED)))
+        return rows[: len(finite)], finite & holds[: len(finite)]
 
     def _room(self, first: Array) -> Seen:
         """Return what is seen at the start, where the judged signals are ``first``."""

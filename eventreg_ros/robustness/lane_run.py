@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from ..analysis.rejection import REJECTED
 from ..analysis.subject import Subject
 from ..errors import EventregError
 from ..simulation.impairment import Impairment
@@ -19,7 +18,7 @@ from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps
 from ..simulation.noise import SILENCE, Noise
 from .lane_group import Group, Template
-from .outcome import VERDICTS, Case, Outcomes, nothing, one_by_one
+from .outcome import Case, Outcomes, nothing, one_by_one
 
 MOST = 1 << 30
 """Bytes that one block of lanes may take; longer runs go one by one."""
@@ -112,9 +111,6 @@ def run_alike(
     mapped = pool.map(group.run, goes) if pool else map(group.run, goes)
     for places, (found, holds) in zip(goes, mapped, strict=True):
         rows[places] = found
-        # An output so far up without an event may be up all the time: it is judged by itself.
-        up = found['peak'] >= template.subject.criteria.threshold
-        holds = holds & ~(up & (found['verdict'] == VERDICTS.index(REJECTED)))
         for i in places[~holds].tolist():
             rows[i], reason = one_by_one(group.case(i))
             if reason:
