@@ -16,7 +16,7 @@ from .finding import Finding, Note
 from .integrity import Track, believed
 from .metadata import NAME_KEY, SCENARIO_KEY, TOPICS_KEY
 from .reading import Reading
-from .recording import Recording, Stamped, earliest
+from .recording import Recording, Stamped, beginning
 from .storages import read_file
 from .times import choose, differing, stamps_of
 from .topics import Choice
@@ -73,7 +73,8 @@ def _read(path: Path, choice: Choice, time: str | None) -> Recording:
     by_signal = {signal: source.topic for signal, source in sources.items()}
     notes += counts.of_signals(by_signal, files, accounts)
     signals = {signal: Stamped(*track) for signal, track in good.tracks.items()}
-    start = earliest(good.begins)
+    first = {name: int(s.stamps[0]) for name, s in signals.items() if len(s.stamps)}
+    start = beginning(first, good.begins)
     findings = _findings(notes, start, by_signal)
     scenario, name = _scenario(path, files, accounts)
     recording = Recording(signals, findings, scenario, name, chosen, by_signal)

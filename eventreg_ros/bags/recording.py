@@ -63,5 +63,18 @@ class Recording:
 
 def earliest(stamps: Mapping[str, int]) -> int:
     """Return the earliest of stamps by signal: of the paper's, of all where there are none."""
-    ours = [stamp for name, stamp in stamps.items() if name in SIGNALS]
-    return min(ours or stamps.values(), default=0)
+    return min((stamps[name] for name in _ours(stamps)), default=0)
+
+
+def beginning(first: Mapping[str, int], begins: Mapping[str, int]) -> int:
+    """Return when a run began: at the ``first`` stamp that is there, if one began with it.
+
+    Otherwise, where all signals lost samples at their beginning, where the earliest ``begins``: a
+    file may hold bad stamps of a few samples first, wherever these belong.
+    """
+    whole = any(begins[name] == first[name] for name in _ours(first))
+    return earliest(first if whole else begins)
+
+
+def _ours(stamps: Mapping[str, int]) -> list[str]:
+    return [name for name in stamps if name in SIGNALS] or list(stamps)

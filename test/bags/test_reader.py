@@ -271,6 +271,15 @@ def test_stamps_from_before_the_first_clock_are_left_out_and_time_begins_with_th
     assert t == pytest.approx(T[80:])
 
 
+def test_bad_stamps_that_a_file_holds_first_do_not_shift_the_run(tmp_path, database, float64):
+    stamps = {t: STAMPS.copy() for t in SIGNALS}
+    stamps['/y'][[300, 401, 555]] = [1, 2, 3]
+    rows = [(t, int(s), float64(v[i])) for t, v in SIGNALS.items() for i, s in enumerate(stamps[t])]
+    recording = read_bag(database(tmp_path / 'bag.db3', sorted(rows, key=lambda row: row[1])))
+    assert codes(recording) == ['nonsense-stamps']
+    assert recording.start == START
+
+
 @pytest.mark.parametrize('wrong', [1, -(2**63), 2**63 - 1, START - 3_700_000_000_000, START * 3])
 @pytest.mark.parametrize('where', [0, 1, 400, N - 1])
 def test_one_stamp_without_sense_is_left_out(tmp_path, database, float64, where, wrong):
