@@ -47,10 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="steps per second (the scenario's; for delays so many that h is at most 0.01)",
     )  # fmt: skip
     parser.add_argument(
-        '--plot',
-        type=Path,
-        metavar='F',
-        help='draw the verdict over delay and loss: .png .svg .pdf',
+        '--plot', type=Path, metavar='F', help='draw verdicts over delay and loss: .png .svg .pdf'
     )
     add_json(parser)
     add_window(parser)
