@@ -17,6 +17,9 @@ from .mcap_summary import Summary, read_summary
 from .mcap_trouble import Trouble
 from .tape import ROOM, Tape
 
+LONGEST_END = 64
+"""Bytes of the record that ends the data, at most: a checksum, and what a later version adds."""
+
 
 def read_mcap(path: Path, select: Select) -> Account:
     """Hand the messages of a file to those who want them, in the order of the file."""
@@ -65,15 +68,16 @@ class _Pass:
             return False
         opcode, length = HEAD.unpack_from(window)
         total = HEAD.size + length
-        if opcode == mcap.DATA_END and total <= self.tape.left:
+        if opcode == mcap.DATA_END and 4 <= length <= LONGEST_END and total <= self.tape.left:
             self._check_data(self.tape.view(total)[HEAD.size : total])
             return False
-        if opcode == mcap.FOOTER:
+        at_end = self.tape.left - total <= len(MAGIC)
+        if opcode == mcap.FOOTER and length == mcap.FOOTER_BODY.size and at_end:
             return False
         if opcode == mcap.CHUNK:
             return self._chunk(length)
-        if opcode == 0 or total > self.tape.left:
-            return self._recover()
+        if opcode in (0, mcap.FOOTER, mcap.DATA_END) or total > self.tape.left:
+            return self._recover()  # an end in the midst of the data is none
         if opcode == mcap.MESSAGE:
             return self._messages(total)
         if total <= ROOM:

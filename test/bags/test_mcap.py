@@ -271,3 +271,21 @@ def test_two_bags_of_the_same_are_the_same(tmp_path):
     account = read_mcap(tmp_path / 'one' / 'bag' / 'bag.mcap', lambda channel: None)
     assert account.promised['statistics'] == {'/w': 40_000, '/y': 20_000}
     assert account.promised['index'] == account.promised['statistics']
+
+
+@pytest.mark.parametrize('opcode', [2, 15])
+def test_a_false_end_in_the_midst_of_the_data_is_damage(tmp_path, mcap, opcode):
+    path = (
+        mcap(chunk=10, statistics=False)
+        .signal(1, '/y', np.arange(100.0))
+        .write(tmp_path / 'it.mcap')
+    )
+    data = bytearray(path.read_bytes())
+    chunks = [start for code, start, _ in one_by_one(data[8:]) if code == 6]
+    data[8 + chunks[4]] = opcode
+    data[-20:] = bytes(20)  # nor is there a summary that knows better
+    path.write_bytes(data)
+    recording = read_bag(path)
+    _, values = recording.signals['y']
+    assert values.tolist() == list(range(100))  # its messages were found all the same
+    assert 'damaged' in [finding.code for finding in recording.findings]
