@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 from ..errors import ParameterError, ScenarioError, shown
 from . import ros_yaml
+from .derived import Given
 from .files import find, from_file, names_file, text_of
 from .hint import hint
 from .names import KINDS, kind_of
 from .parameters import all_parameters, has, is_foreign, is_ros_parameter
-from .scenario import Given, Scenario
+from .scenario import Scenario
 
 EVERYONE = '/**'
 

@@ -8,29 +8,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import EventregError, ScenarioError
+from ..errors import ScenarioError
 from ..models.roles import ROLES
 from ..simulation.block import BlockSpec
 from ..simulation.loop import Loop
-from ..simulation.model_time import count_steps
 from ..simulation.stimulus import Stimulus
-from . import ros_yaml
+from . import derived, ros_yaml
 from .blocks import block_spec
 from .criteria import Criteria
+from .derived import Given
 from .files import from_file, names_file
 from .inputs import signs_of
-from .links import LinkSpec, link_name, need_pure_delay
 from .names import NodeName, full_name, split
 from .parameters import is_foreign, resolve
 from .qos import Endpoint, check_key, keys_of, moved, need_topic
 
 Values = Mapping[str, Any]
-Given = dict[str, dict[str, Any]]
-"""Parameters by node, as somebody gave them."""
-
-HEARD = ('excitatory', 'inhibitory', 'plant_inputs')
-INPUTS = (*HEARD, 'signals')
-"""Parameters that list signals to listen to."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -271,8 +264,7 @@ class Scenario:
         """Return the scenario with a recorder of every signal and, so asked, a spike monitor.
 
         ``path`` is the bag's, ``text`` the file whose text the bag shall hold, and by which the
-        spike monitor judges. What the scenario
-        says of the two nodes stays, except those.
+        spike monitor judges. What else the scenario says of the two nodes stays.
         """
         signals = list(self.publishers)
         recorder = self.given.get('recorder', {})
@@ -297,59 +289,14 @@ class Scenario:
         The link on u is called link_u and publishes u_link, which all blocks then listen to instead
         of u; recorder and spike monitor stay with u. Raises ScenarioError or ParameterError.
         """
-        scenario = self
-        for link in map(LinkSpec.read, links):
-            scenario = scenario._with_link(link)
-        return scenario
-
-    def _with_link(self, link: LinkSpec) -> Scenario:
-        link.need_publisher(self.publishers)
-        name, output = link_name(link.signal), f'{link.signal}_link'
-        if name in self.nodes or output in self.publishers:
-            raise ScenarioError(
-                f'{link.where}: the scenario {self.name} has a {name} already; '
-                f'set it with -p {name}.NAME:=VALUE'
-            )
-        extra: Given = {}
-        for node in self.nodes:
-            home = self.name_of(node).namespace
-            for key in HEARD:
-                inputs = self.nodes[node].get(key, [])
-                if link.signal in (full_name(home, s) for s in inputs):
-                    extra.setdefault(node, {})[key] = [
-                        f'{s}_link' if full_name(home, s) == link.signal else s for s in inputs
-                    ]
-        if not extra:
-            raise ScenarioError(
-                f'{link.where}: no block listens to {link.signal!r}; leave the link out'
-            )
-        extra[name] = {'input': link.signal, 'output': output, **link.options}
-        return self.with_given(extra)
+        return derived.with_links(self, links)
 
     def with_codings(self) -> Scenario:
         """Return the scenario in which every block knows how the signals that it hears are coded.
 
         Behind a link a signal is coded as before it.
         """
-        coded: dict[str, tuple[str, str]] = {}
-        for node, values in self.nodes.items():
-            signal = self.output_of(node)
-            if signal is not None and values.get('coding') == 'spikes':
-                coded[signal] = ('spike_inputs', f':{values["tau"]!r}')
-            elif signal is not None and values.get('send_on_delta'):
-                coded[signal] = ('held_inputs', '')
-        for link in self.of_kind('link') if coded else ():
-            source, output = (self.signal(link, self.nodes[link][k]) for k in ('input', 'output'))
-            coded |= {output: coded[source]} if source in coded else {}
-        extra: Given = {}
-        for node in self.nodes if coded else ():
-            for name, _ in signs_of(self.nodes[node]):
-                key, suffix = coded.get(self.signal(node, name), ('', ''))
-                known: list[str] = list(self.nodes[node].get(key, ()))
-                if key and not any(name in (each, each.rpartition(':')[0]) for each in known):
-                    mine = extra.setdefault(node, {})
-                    mine[key] = [*list(mine.get(key, known)), name + suffix]
-        return self.with_given(extra) if extra else self
+        return derived.with_codings(self)
 
     def in_lockstep(self, seconds: float, pauses: Sequence[float] = ()) -> Scenario:
         """Return the scenario with a clock, all nodes in lockstep, for simulated ``seconds``.
@@ -359,66 +306,14 @@ class Scenario:
         behind them take every sample as late as the link would make it. Raises EventregError when
         there is not one step in ``seconds``, a second clock, or a link that does more than delay.
         """
-        for node in self.of_kind('clock'):
-            if node != 'clock':
-                raise ScenarioError(
-                    f'{node}: a run in lockstep has one clock, called clock; '
-                    f'name the node clock, or leave it out'
-                )
-        if self.of_kind('link'):
-            return self.with_stated_delays().in_lockstep(seconds, pauses)
-        steps = count_steps(seconds * self.time_scale, self.time_scale / self.rate, 0)
-        if not steps:
-            raise EventregError(
-                f'{seconds:g} s hold not one step of 1 / {self.rate:g} s; take a longer --duration'
-            )
-        others = [node for node in self.nodes if self.name_of(node).kind != 'clock']
-        extra = {node: self._lockstep_values(node) for node in others}
-        patience = max(self.nodes[node].get('lockstep_timeout', 0.0) for node in others)
-        extra['clock'] = {
-            # a monitor of no signal has no step to make
-            'participants': [node for node in others if extra[node].get('signals') != []],
-            'steps': steps,
-            'rate': self.rate,
-            'pause_at': [at for at in pauses if at < seconds],
-            'lockstep_timeout': self.given.get('clock', {}).get('lockstep_timeout', patience),
-        }
-        return self.with_given(extra)
+        return derived.in_lockstep(self, seconds, pauses)
 
     def with_stated_delays(self) -> Scenario:
         """Return the scenario without its links, their delays stated by the blocks behind them.
 
         Raises ScenarioError when a link does more than delay.
         """
-        behind: dict[str, tuple[str, float]] = {}
-        for link in self.of_kind('link'):
-            values = self.nodes[link]
-            need_pure_delay(link, values)
-            source = self.signal(link, values['input'])
-            before, earlier = behind.get(source, (source, 0.0))
-            delay = earlier + values['delay'] * self.time_scale
-            behind[self.signal(link, values['output'])] = (before, delay)
-        given = {n: dict(v) for n, v in self.given.items() if self.name_of(n).kind != 'link'}
-        for node, values in given.items():
-            home = self.name_of(node).namespace
-            for key in (k for k in (*HEARD, 'held_inputs') if k in self.nodes[node]):
-                found = [behind.get(full_name(home, s), (s, 0.0)) for s in self.nodes[node][key]]
-                values[key] = [signal.removeprefix(f'{home}/') for signal, _ in found]
-                late = [f'{s.removeprefix(f"{home}/")}:{delay!r}' for s, delay in found if delay]
-                if key in HEARD:
-                    values['lockstep_delays'] = values.get('lockstep_delays', []) + late
-        return Scenario.of(self.name, given)
-
-    def _lockstep_values(self, node: str) -> dict[str, Any]:
-        values: dict[str, Any] = {'lockstep': True, 'use_sim_time': True, 'rate': self.rate}
-        for key in INPUTS:
-            if key in self.nodes[node]:
-                values[key] = [
-                    name
-                    for name in self.nodes[node][key]
-                    if self.signal(node, name) in self.publishers
-                ]
-        return values
+        return derived.with_stated_delays(self)
 
 
 def _in_full(node: str, given: Values) -> Values:

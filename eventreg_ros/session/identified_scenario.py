@@ -9,8 +9,8 @@ from .. import scenario as scenarios
 from ..analysis.identification import Identification
 from ..errors import EventregError
 from ..scenario import Scenario
+from ..scenario.derived import Given
 from ..scenario.names import full_name, split
-from ..scenario.scenario import Given
 
 COMMON = ('time_scale', 'rate', 'hold', 'lead')
 """Parameters that a new node takes from the plant."""
