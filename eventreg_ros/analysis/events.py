@@ -36,11 +36,12 @@ class Risen(NamedTuple):
 
     ``longest`` is how long the longest rise lasted, event or not, one that goes on too; 0: none.
     ``since`` is from when on it has been at or above threshold all the time, None where it has not
-    been in the end.
+    been in the end. ``last`` is its last finite value, None without one.
     """
 
     longest: float
     since: float | None
+    last: float | None = None
 
 
 class EventDetector:
@@ -104,7 +105,8 @@ class EventDetector:
     def risen(self) -> Risen:
         """How the signal has been above so far."""
         lasting = 0.0 if self._up is None or self._t is None else self._t - self._up
-        return Risen(max(self._longest, lasting), self._since)
+        last = None if self._t is None else self._value
+        return Risen(max(self._longest, lasting), self._since, last)
 
     def _confirmed(self, rise: float, t: float, value: float) -> float | None:
         """Return the time of the pending rise, and count it, if it has lasted long enough."""
@@ -184,13 +186,13 @@ def rises(
     return Rises(start, end, seen - start)
 
 
-def up_since(signal: Signal, threshold: float, stop: float) -> float | None:
-    """Return since when a recorded signal has been up at ``stop``, as :class:`Risen` says it."""
+def ending(signal: Signal, threshold: float, stop: float) -> tuple[float | None, float | None]:
+    """Return ``since`` and ``last`` of a recorded signal at ``stop``, see :class:`Risen`."""
     t, x = finite(*signal)
-    last = int(np.searchsorted(t, stop, side='right'))
-    low = np.flatnonzero(x[:last] < threshold)
+    end = int(np.searchsorted(t, stop, side='right'))
+    low = np.flatnonzero(x[:end] < threshold)
     after = int(low[-1]) + 1 if len(low) else 0
-    return float(t[after]) if after < last else None
+    return float(t[after]) if after < end else None, float(x[end - 1]) if end else None
 
 
 def detect(

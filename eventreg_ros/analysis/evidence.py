@@ -22,6 +22,9 @@ from .subject import Subject
 PER_SPIKE = 4.0
 """Samples within a spike of the disturbance, at least; with fewer a smaller spike may be missed."""
 
+FAR = 1e6
+"""How many times its threshold or reset an output may be below 0; farther off it has diverged."""
+
 UNSEEN, THIN, NOT_FINITE, ENDS_EARLY = 'unseen', 'thin', 'not-finite', 'ends-early'
 STUCK = 'stuck'
 """Codes of what the samples themselves show; those of a reader are in :mod:`..bags.finding`."""
@@ -111,6 +114,7 @@ def gather(
     for name, stretches in unseen.items():
         warnings += _of_signal(name, coverage.get(name), stretches, span, blind, spike)
     warnings += _held_up(subject, risen or {}, span)
+    warnings += _fallen(subject, risen or {}, span)
     return Evidence(
         span=span,
         seen={name: _share(stretches, span) for name, stretches in unseen.items()},
@@ -131,6 +135,30 @@ def _held_up(subject: Subject, risen: Mapping[str, Risen], span: Span) -> list[F
         for plant in subject.plants
         if plant.output in up and plant.reference not in up
     ]
+
+
+def _fallen(subject: Subject, risen: Mapping[str, Risen], span: Span) -> list[Finding]:
+    """Return what is to be said of outputs that end far below all that could be an event."""
+    lowest = lowest_end(subject)
+    ends = {name: each.last for name, each in risen.items() if each.last is not None}
+    return [
+        Finding(STUCK, plant.output, span[1], _diverged(plant.output, ends[plant.output]))
+        for plant in subject.plants
+        if ends.get(plant.output, lowest) < lowest
+    ]
+
+
+def lowest_end(subject: Subject) -> float:
+    """Return how far below 0 an output may end; -inf where its limits are 0 and say nothing."""
+    limit = max(abs(subject.criteria.threshold), abs(subject.criteria.reset))
+    return -FAR * limit if limit > 0.0 else -np.inf
+
+
+def _diverged(name: str, end: float) -> str:
+    return (
+        f'{name} ends at {end:.3g}, more than a million times its threshold below 0, so no event '
+        'can begin: see whether it diverged, or give threshold and reset that fit it'
+    )
 
 
 def _stuck(name: str, since: float) -> Finding:

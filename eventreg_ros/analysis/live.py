@@ -146,7 +146,7 @@ class LiveJudge:
 
     def _in_model_time(self, risen: Risen) -> Risen:
         since = None if risen.since is None else self.model_time(risen.since)
-        return Risen(risen.longest * self._scale, since)
+        return Risen(risen.longest * self._scale, since, risen.last)
 
     def note_margin(self, part: float) -> None:
         """Take which part of the delay margin a block has measured to be used."""

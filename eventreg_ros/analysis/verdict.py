@@ -15,7 +15,7 @@ from ..models.model import output_beside
 from ..printed import Printed
 from .changes import Change
 from .decision import Decision, PlantDecision, decide, summary
-from .events import Risen, Rises, rises, up_since
+from .events import Risen, Rises, ending, rises
 from .evidence import Coverage, Evidence, coverage_of, gather
 from .learning import Learned, after, learned
 from .learning import findings as learning_findings
@@ -209,9 +209,11 @@ def _events(found: Rises, subject: Subject) -> list[float]:
 
 
 def _risen(signal: Signal, found: Rises, subject: Subject, span: Span | None) -> Risen:
-    """Return how a signal was above; since when at the end of ``span``, if that matters."""
-    since = None if span is None else up_since(signal, subject.criteria.threshold, span[1])
-    return Risen(float(found.width.max(initial=0.0)), since)
+    """Return how a signal was above; how it was at the end of ``span``, if that matters."""
+    longest = float(found.width.max(initial=0.0))
+    if span is None:
+        return Risen(longest, None)
+    return Risen(longest, *ending(signal, subject.criteria.threshold, span[1]))
 
 
 def _coverage(signals: Signals, name: str, blind: float) -> Coverage | None:

@@ -26,9 +26,9 @@ LEAF = 128
 class Seen(NamedTuple):
     """What is seen of blocks of lanes; the block is the first index.
 
-    ``first`` (blocks, wanted, LANES) are the samples at the start, ``level`` to ``wide`` what
-    :func:`watch` needs per wanted signal; from ``largest`` on per plant, shape (blocks, plants,
-    LANES), see :func:`gather` and :func:`mean_squares`.
+    ``first`` (blocks, wanted, LANES) are the samples at the start, ``last`` those at the end,
+    ``level`` to ``wide`` what :func:`watch` needs per wanted signal; from ``largest`` on per plant,
+    shape (blocks, plants, LANES), see :func:`gather` and :func:`mean_squares`.
     """
 
     first: Array
@@ -36,6 +36,7 @@ class Seen(NamedTuple):
     times: Array
     counts: Any
     wide: Any
+    last: Array
     largest: Array
     peak: Array
     means: Array
@@ -90,6 +91,7 @@ def take(
                         seen.largest[b, p], seen.peak[b, p],
                     )  # fmt: skip
             _copy(out[last - first], out[0])
+        _copy(out[0], seen.last[b])
         for p in range(len(rules.plants)):
             mean_squares(
                 residual[p], rules.lengths, rules.total, rules.leaves, seen.largest[b, p],

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..analysis.evidence import lowest_end
 from ..analysis.rejection import ENOUGH, NOT_REJECTED, REJECTED, UNDECIDED
 from ..analysis.signal import Size, together
 from ..analysis.subject import Subject
@@ -54,6 +55,7 @@ class Judge:
     ) -> None:
         self._take = compiled_with(structure, lane_counts.take)
         self._limits = subject.criteria.settle, subject.criteria.window
+        self._lowest = lowest_end(subject)
         pairs = [
             (judged.index(plant.output), judged.index(plant.reference) if plant.reference else -1)
             for plant in subject.plants
@@ -75,8 +77,8 @@ class Judge:
         """Take lanes to their end; return a row for each set, and which of the rows hold.
 
         No row holds for a set that does not stay finite, has more events than there is room for,
-        where a spike may pass between two samples, or an output that ends without a reset may have
-        been up all the time.
+        where a spike may pass between two samples, an output that ends without a reset may have
+        been up all the time, or one ends as low as if it had diverged.
         """
         seen, rules = self._room(lanes.first), self._rules
         late = len(rules.t) - rules.begin
@@ -90,8 +92,10 @@ class Judge:
         if late:
             _put_sizes(rows, seen)
         finite = lanes.finite
-        up = np.isinf(seen.level[:, rules.plants[:, 0]]).any(axis=1).ravel()
-        holds = self._holds(seen) & ~(up & (rows['verdict'] == VERDICTS.index(REJECTED)))
+        y = rules.plants[:, 0]
+        gone = np.isinf(seen.level[:, y]) | (seen.last[:, y] < self._lowest)
+        away = gone.any(axis=1).ravel()
+        holds = self._holds(seen) & ~(away & (rows['verdict'] == VERDICTS.index(REJECTED)))
         return rows[: len(finite)], finite & holds[: len(finite)]
 
     def _room(self, first: Array) -> Seen:
@@ -109,6 +113,7 @@ class Judge:
             np.empty((blocks, width, room, LANES)),
             counts,
             np.zeros_like(counts),
+            np.empty_like(first),
             largest,
             np.full_like(largest, -np.inf),
             np.zeros_like(largest),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from eventreg_ros.analysis.events import EventDetector, detect, rises, up_since
+from eventreg_ros.analysis.events import EventDetector, detect, ending, rises
 from eventreg_ros.analysis.signal import Signal
 
 hypothesis = pytest.importorskip('hypothesis')
@@ -71,7 +71,8 @@ def test_how_a_signal_was_above(signal, limits):
     for t, x in zip(*signal, strict=True):
         detector.push(t, x)
     assert detector.risen.longest == rises(*signal, *limits).width.max(initial=0.0)
-    assert detector.risen.since == up_since(Signal(*map(np.array, signal)), limits[0], math.inf)
+    end = ending(Signal(*map(np.array, signal)), limits[0], math.inf)
+    assert (detector.risen.since, detector.risen.last) == end
 
 
 @hypothesis.given(signals(), LIMITS)

@@ -236,6 +236,19 @@ def test_an_output_that_stays_up_is_not_called_rejected(loop, stretch, verdict, 
         assert f'above its threshold all the time since {stretch[0]:.1f}, so' in found.reason
 
 
+@pytest.mark.parametrize(
+    ('end', 'verdict', 'codes'),
+    [(-1.1e6, 'undecided', [STUCK]), (-0.9e6, 'rejected', []), (-1e300, 'undecided', [STUCK])],
+)
+def test_an_output_that_fell_out_of_all_bounds_is_not_called_rejected(loop, end, verdict, codes):
+    found = report(up(loop(y_r=[]), 'y', 150.0, 999.0, end))
+    assert (found.verdict, [w.code for w in found.evidence.warnings]) == (verdict, codes)
+    back = report(up(loop(), 'y', 150.0, 200.0, end))
+    assert back.verdict == 'rejected', 'it came back, and then could be seen to rise'
+    larger = report(up(loop(w=[]), 'y', 150.0, 999.0, end), threshold=9.0)
+    assert not larger.evidence.warnings or end < -9e6
+
+
 def test_an_output_that_stays_up_as_its_reference_does_is_judged(loop):
     signals = up(loop(y_r=[]), 'y', 50.0, 999.0)
     assert report(signals).verdict == 'undecided'
@@ -244,9 +257,11 @@ def test_an_output_that_stays_up_as_its_reference_does_is_judged(loop):
 
 
 def test_a_loop_that_diverges_at_once_is_not_called_rejected():
-    run = simulate('linear', {'controller.gain': [-3.0, 2.0]})
-    assert run['y'][-1] > 1e200
-    assert run.verdict == 'undecided'
+    for plant, up in ([0.0], True), ([-1.0], False):
+        run = simulate('linear', {'controller.gain': [-3.0, 2.0], 'plant.x0': plant})
+        assert (run['y'][-1] > 1e200) == up
+        assert run['y'].max() < 1.0 or up
+        assert run.verdict == 'undecided'
 
 
 def test_an_event_of_y_is_spurious_only_where_its_reference_was_seen(loop):

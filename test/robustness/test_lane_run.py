@@ -61,6 +61,16 @@ def test_a_loop_that_diverges_at_once_is_not_called_rejected():
     assert verdicts[1.0, 0.0] == 'rejected'
 
 
+def test_a_loop_that_diverges_downwards_is_not_called_rejected_either():
+    gains = {'controller.gain[0]': [0.0, 1.0], 'controller.gain[1]': [0.0, 3.0]}
+    found = sweep('linear', {**gains, 'plant.x0[0]': -1.0}).to_dataframe()
+    down = found[found['peak'] < -1e6]
+    assert len(down) == 2
+    assert (down['spurious'] == 0).all()
+    assert down['verdict'].tolist() == ['undecided'] * 2
+    assert found['verdict'].tolist()[2] == 'rejected'
+
+
 def test_margins_end_with_its_name():
     with pytest.raises(ModelError, match="model 'missing' cannot be evaluated: KeyError: 7; fix"):
         margins(using('missing'))
