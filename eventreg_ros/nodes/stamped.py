@@ -36,9 +36,9 @@ KNOWN, APART = 100, 1.25
 class StampedInputs:
     """All inputs of a node; ``signals`` are their names, in the order in which they are summed.
 
-    ``horizons`` are those of their lines, in steps; a sample older than ``timeout`` seconds counts
-    as 0. ``samples`` are what each input keeps, :class:`.waiting_input.WaitingInput` say for one
-    whose samples are played after a lead.
+    ``horizons`` are those of their lines, in steps; an input of which nothing came for ``timeout``
+    seconds counts as 0. ``samples`` are what each input keeps, :class:`.waiting_input.WaitingInput`
+    say for one whose samples are played after a lead.
     """
 
     silence = 'it counts as 0'
@@ -56,6 +56,7 @@ class StampedInputs:
         self._reported = [Dropped() for _ in signals]
         self.ages = [DurationHistogram() for _ in signals]
         self.delays = [DurationHistogram() for _ in signals]
+        self._travelled = [0] * len(signals)
         self._late = [0] * len(signals)
         self.margin: DelayMargin | None = None
 
@@ -78,7 +79,8 @@ class StampedInputs:
         if self._node.in_simulation_time:
             return stamp
         made = stamp - age_of(data)
-        self.delays[i].add((received_at(info) - made) / SECOND)
+        self._travelled[i] = received_at(info) - made
+        self.delays[i].add(self._travelled[i] / SECOND)
         return made
 
     def play_after(self, lead: Lead) -> None:
@@ -113,10 +115,9 @@ class StampedInputs:
 
     def over(self, tick: Tick) -> Lines:
         """Return the lines of all inputs, from the samples that came before the step."""
-        timeout = self.timeout * SECOND
         base, slope = [], []
         for i, samples in enumerate(self.samples):
-            found = samples.over(tick.start, tick.period, timeout, self.horizons[i])
+            found = samples.over(tick.start, tick.period, self._patience(i), self.horizons[i])
             self._watch(i, found is None and samples.begun)
             if samples.used is not None:
                 self.ages[i].add((tick.now - samples.used) / SECOND)
@@ -126,6 +127,12 @@ class StampedInputs:
             base.append(b)
             slope.append(s)
         return Lines(base, slope)
+
+    def _patience(self, i: int) -> float:
+        """Return the age (ns) of a sample that is silence; how late it came is not counted."""
+        samples = self.samples[i]
+        lead = samples.lead if isinstance(samples, WaitingInput) else 0
+        return self.timeout * SECOND + max(self._travelled[i] - lead, 0)
 
     def _watch(self, i: int, silent: bool) -> None:
         """Report once that an input fell silent, and once that it is back."""

@@ -2,6 +2,7 @@
 """Nodes whose output is coded: which messages go out, and what listeners make of them."""
 
 import math
+import time
 from functools import partial
 
 import numpy as np
@@ -12,8 +13,10 @@ from eventreg_ros import load, simulate
 from eventreg_ros.bags.reader import read_bag
 from eventreg_ros.control.spikes import Spikes
 from eventreg_ros.nodes.block import BlockNode
+from eventreg_ros.nodes.pace import Tick
 from eventreg_ros.nodes.spike_input import SpikeInput
 from eventreg_ros.nodes.spike_monitor import SpikeMonitor
+from eventreg_ros.runtime.cdr import packed, with_age
 from eventreg_ros.runtime.tick_grid import SECOND
 from eventreg_ros.simulation.coding import Coder
 
@@ -136,3 +139,29 @@ def test_a_silence_of_more_than_the_timeout_is_a_gap_and_less_is_none(bench):
     for stamp in (0.0, 0.01, 0.02, 0.03, 0.3, 0.6, 0.605, 1.1):
         u.push(round(stamp * SECOND), 0.0)
     assert u.gaps == 1
+
+
+@pytest.mark.parametrize(
+    ('signal', 'given'),
+    [('w', "held_inputs:=['w']"), ('u', 'lead:=2.0')],
+    ids=['on delta', 'a lead that is too short'],
+)
+def test_what_travels_for_longer_than_the_timeout_is_no_silence(bench, signal, given):
+    """Two samples a timeout, each 0.9 s under way, are held; then nothing comes for a timeout."""
+    plant = bench.add(PLANT, given, start=False)
+    plant.trigger_configure()
+    plant.values |= {'start_time': 9e9}  # its own pace never ticks
+    plant.trigger_activate()
+    inputs, start, quarter, quiet = plant.inputs, time.time_ns(), SECOND // 4, []
+    i = inputs.signals.index(signal)
+    receive = inputs.receiver(i, lambda: None)
+    for n in range(8):
+        now = start + n * quarter
+        if n < 5:
+            info = {'source_timestamp': now, 'received_timestamp': now}
+            info['publication_sequence_number'] = n + 1
+            receive(with_age(packed(0.5), round(0.9 * SECOND)), info)
+        line = inputs.over(Tick(n, now + PERIOD, PERIOD, now + PERIOD))
+        quiet.append(line.base[i] == 0.0)
+    assert quiet == [False] * 6 + [True] * 2
+    assert inputs.silent[i]
