@@ -34,9 +34,10 @@ class Ending:
         interrupts.unblock()
 
     def _listen(self, reader: int) -> None:
-        while os.read(reader, 1):
-            self.asked = True
-            self._wake()
+        while number := os.read(reader, 1):
+            if number[0] in interrupts.SIGNALS:  # a block of somebody's own may handle others
+                self.asked = True
+                self._wake()
 
     def call(self, wake: Callable[[], None]) -> None:
         """Call ``wake``, in any thread, when a signal comes; now if one has come already."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a foreign plant sees of a controller that stops, however it is stopped."""
 
+import os
 import signal
 from functools import partial
 
@@ -9,6 +10,7 @@ from std_msgs.msg import Float64
 
 from eventreg_ros.models.roles import ROLES
 from eventreg_ros.nodes.block import BlockNode
+from eventreg_ros.nodes.ending import Ending
 
 
 @pytest.fixture
@@ -85,3 +87,21 @@ def test_what_others_measure_ends_with_their_last_sample(bench, role):
     bench.nodes.remove(node)
     bench.spin(0.1)
     assert heard[-1].data == last
+
+
+@pytest.mark.parametrize(
+    ('came', 'woken'),
+    [(['SIGUSR1'], 0), (['SIGALRM', 'SIGTERM'], 1), (['SIGINT', 'SIGHUP'], 2)],
+)
+def test_signals_that_a_block_of_ones_own_handles_do_not_end_its_process(came, woken):
+    """Python writes the number of every signal that has a handler to the same pipe."""
+    reader, writer = os.pipe()
+    os.write(writer, bytes(getattr(signal, name) for name in came))
+    os.close(writer)
+    ending, calls = Ending.__new__(Ending), []
+    ending.asked = False
+    ending.call(lambda: calls.append(ending.asked))
+    ending._listen(reader)
+    os.close(reader)
+    assert ending.asked == bool(woken)
+    assert calls == [True] * woken
