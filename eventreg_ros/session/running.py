@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import EventregError
+from ..files import writing
 from ..nodes import environment
 from .domain import REACH
 
@@ -51,7 +52,9 @@ def announced(
     with suppress(OSError):
         home.mkdir(mode=0o700, exist_ok=True)
         if _is_private(home):
-            file.write_text(json.dumps(data), encoding='utf-8')
+            # Whole or not at all: who reads half of it would take it away.
+            with suppress(EventregError), writing(file) as new:
+                new.write_text(json.dumps(data), encoding='utf-8')
     try:
         yield
     finally:
@@ -67,7 +70,7 @@ def runs() -> list[Running]:
     with suppress(OSError):
         if not _is_private(_home()):
             return []
-        for file in sorted(_home().glob('*.json'), key=lambda f: f.stat().st_mtime):
+        for file in sorted(_home().glob('[0-9]*.json'), key=lambda f: f.stat().st_mtime):
             if (run := _read(file)) is not None:
                 found.append(run)
     return found

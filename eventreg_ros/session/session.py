@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ from ..scenario import Scenario
 from ..scenario.interventions import Intervention
 from ..scenario.names import kind_of
 from . import shared_memory
-from .domain import is_inhabited, own_domain
+from .domain import is_inhabited, own_domain, turn
 from .executables import executable_of, package_and_executable
 from .interruption import InterruptError, Interruption, handling, uninterrupted
 from .loopback import Reach, address, closed, opened
@@ -149,15 +150,19 @@ class Session:
         nodes = tuple(whole.nodes)
         self._interruption.look()
         domain = domain_of(reach.client)
-        look = named and (self.network or is_inhabited(domain))
         self._memory = shared_memory.Notes(scratch, domain)
         try:
-            with Client(self._go_on, nodes, reach.client) as client:
-                if look:
-                    client.need_room(nodes, list(whole.publishers))
-                self._start(whole, parameters, reach.nodes)
-                with announced(self.scenario.name, nodes, reach.client):
-                    self._conduct(client, whole)
+            with ExitStack() as beginning:
+                beginning.enter_context(turn(domain, self._interruption.look))
+                look = named and (self.network or is_inhabited(domain))
+                with Client(self._go_on, nodes, reach.client) as client:
+                    if look:
+                        client.need_room(nodes, list(whole.publishers))
+                    self._start(whole, parameters, reach.nodes)
+                    with announced(self.scenario.name, nodes, reach.client):
+                        elapsed = self._activate(client, whole)
+                        beginning.close()
+                        self._conduct(client, elapsed)
         finally:
             with uninterrupted():
                 self.processes.stop(['recorder'])  # first, so that the bag ends with all signals
@@ -185,7 +190,8 @@ class Session:
     def _note_memory(self, every: float = 0.0) -> None:
         self._memory.take((each.pid for each in self.processes.running.values()), every)
 
-    def _conduct(self, client: Client, whole: Scenario) -> None:
+    def _activate(self, client: Client, whole: Scenario) -> Callable[[], float]:
+        """Configure and activate all nodes; return the seconds since the first sample."""
         from .client import ACTIVATE, CONFIGURE, expected_matches
 
         nodes = list(whole.nodes)
@@ -205,6 +211,9 @@ class Session:
             client.transition(list(group), ACTIVATE)
         if elapsed() > 0.0 and not self.lockstep:
             self.observer.warned('the machine is slow: the nodes did not start at the same instant')
+        return elapsed
+
+    def _conduct(self, client: Client, elapsed: Callable[[], float]) -> None:
         self.started, self._elapsed = True, elapsed
         self._watch(client, elapsed)
         for each in self.pending:
@@ -301,7 +310,9 @@ class Session:
 
     def _report_deaths(self, client: Client) -> None:
         for node in self.processes.look():
-            how = f'{node} {self.processes.died[node]} after {self._elapsed():.1f} s'
+            now = self._elapsed()
+            when = f'after {now:.1f} s' if now > 0.0 else 'before the first sample'
+            how = f'{node} {self.processes.died[node]} {when}'
             self.troubles.append(how)
             self._gone.add(node)
             client.take_heard(node)

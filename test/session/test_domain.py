@@ -13,7 +13,7 @@ import pytest
 
 from eventreg_ros.errors import EventregError
 from eventreg_ros.session import domain
-from eventreg_ros.session.domain import DOMAINS, loopback_domain, reaching
+from eventreg_ros.session.domain import DOMAINS, is_inhabited, loopback_domain, reaching, turn
 
 
 def test_discovery_stays_on_the_loopback():
@@ -49,6 +49,34 @@ def test_two_at_once_differ(monkeypatch):
             pass
     with loopback_domain({}), loopback_domain({}):  # they were given back
         pass
+
+
+class WaitingError(Exception):
+    """Stops the waiting."""
+
+
+def test_only_one_run_at_a_time_begins_in_a_domain():
+    """Two that begin at once do not see each other's nodes yet, and would take them for theirs."""
+    waited = []
+
+    def look():
+        waited.append(True)
+        if len(waited) == 3:
+            raise WaitingError
+
+    for _ in range(2):  # it was given back
+        with turn(-3, look), turn(-4, look):
+            assert not waited
+    with turn(-3, look), pytest.raises(WaitingError), turn(-3, look):
+        pass
+    assert len(waited) == 3
+
+
+def test_the_highest_domain_has_fewer_ports():
+    assert not is_inhabited(232)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(('127.0.0.1', 7400 + 250 * 232 + 10 + 2 * 60))
+        assert is_inhabited(232)
 
 
 def test_a_domain_is_given_back_after_an_error(monkeypatch):

@@ -36,6 +36,19 @@ def test_runs_that_were_killed_and_other_files_are_removed(tmp_path):
     assert list(home.iterdir()) == []
 
 
+def test_who_looks_while_a_run_is_being_announced_does_not_take_it_away(monkeypatch):
+    dumps, seen = json.dumps, []
+
+    def looked_at(data):
+        seen.append(runs())
+        return dumps(data)
+
+    monkeypatch.setattr(json, 'dumps', looked_at)
+    with announced('exact', ('plant',), ENVIRONMENT):
+        assert seen == [[]]
+        assert the_run() is not None
+
+
 def test_several_runs_must_be_chosen_from(tmp_path):
     with announced('exact', ('plant',), ENVIRONMENT):
         home = tmp_path / f'eventreg_runs_{os.getuid()}'

@@ -85,6 +85,14 @@ def test_a_node_that_died_is_started_again_by_its_own_executable(values, command
     ]
 
 
+def test_a_node_that_died_before_the_first_sample_did_not_die_at_a_negative_time():
+    dying = session()
+    dying._elapsed = lambda: -1.1
+    dying.processes.fresh = ['plant']
+    dying._report_deaths(Client())
+    assert dying.troubles == ['plant was killed by SIGKILL before the first sample']
+
+
 def test_in_lockstep_nobody_runs_on():
     dying = session(lockstep=True)
     dying.processes.fresh = ['plant']
