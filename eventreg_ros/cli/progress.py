@@ -17,6 +17,8 @@ class Terminal(Observer):
         self._duration = duration
         self._terminal = sys.stdout.isatty()
         self._next = 0.0
+        self._open = False
+        """Whether the cursor is behind counts that will be written over."""
 
     def began(self, line: str) -> None:
         """Print the first line."""
@@ -24,7 +26,8 @@ class Terminal(Observer):
 
     def warned(self, line: str) -> None:
         """Print a line on standard error, below the counts."""
-        print(f'\neventreg: {line}', file=sys.stderr, flush=True)
+        start, self._open = '\n' if self._open else '', False
+        print(f'{start}eventreg: {line}', file=sys.stderr, flush=True)
 
     def progressed(self, elapsed: float, counts: Mapping[str, int], last: bool = False) -> None:
         """Show the counts at ``elapsed`` seconds, if it is time to."""
@@ -33,7 +36,8 @@ class Terminal(Observer):
         self._next = elapsed + (0.2 if self._terminal else 5.0)
         events = '  '.join(f'{signal} {count}' for signal, count in counts.items())
         line = f'{elapsed:6.1f} of {self._duration:g} s   events: {events}'
-        end = '\n' if last or not self._terminal else ''
+        self._open = self._terminal and not last
+        end = '' if self._open else '\n'
         print(f'\r{line}' if self._terminal else line, end=end, flush=True)
 
 

@@ -223,10 +223,11 @@ class ManagedNode(Endpoints):
         self.fault = one_line(reason)
         if not self.context.ok():
             return
-        self.get_logger().error(
+        words = (
             f"{self.fault}; now unconfigured: fix it, then 'ros2 lifecycle set "
             f"{self.get_fully_qualified_name()} configure' and 'activate'"
         )
+        self.get_logger().error(one_line(words))
         with self.until_the_end():
             if self.stage == ACTIVE:
                 self.trigger_deactivate()

@@ -25,6 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
+from ..errors import described
 from ..scenario.parameter import ACTIVE, INACTIVE, UNCONFIGURED, Parameter
 from ..scenario.parameters import parameters_of
 from ..simulation.hold import drive
@@ -102,8 +103,7 @@ class OwnBlock(SignalNode):
             return float(call(*arguments))
         except Exception as error:
             raise FaultError(
-                f'{type(self).__name__}.{name} failed at step {self.n + 1}: '
-                f'{type(error).__name__}: {error}'
+                f'{type(self).__name__}.{name} failed at step {self.n + 1}: {described(error)}'
             ) from error
 
 

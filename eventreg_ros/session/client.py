@@ -139,7 +139,8 @@ class Client:
         clash = sorted(f'/{node}' for node in nodes if f'/{node}' in present)
         for signal in signals:
             for found in self._node.get_publishers_info_by_topic(f'/{signal}'):
-                clash.append(f'a publisher of /{signal}, {_full_name(found)}')
+                if (name := _full_name(found)) not in clash:
+                    clash.append(f'{name}, which publishes /{signal},')
         if clash:
             domain = self._context.get_domain_id()
             raise EventregError(

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Progress of what takes long: a line that is written over, or lines now and then in a file."""
 
+import io
+
 import pytest
 
 from eventreg_ros.cli import progress
 from eventreg_ros.cli.main import main
-from eventreg_ros.cli.progress import Count
+from eventreg_ros.cli.progress import Count, Terminal
 
 
 @pytest.fixture
@@ -99,3 +101,23 @@ def test_what_numba_would_save_is_said_where_it_is_missing(words, capsys, monkey
     monkeypatch.setattr(jit, 'compiles', lambda: False)
     assert main(words) == 0
     assert 'numba is not installed, so' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('terminal', 'shown'),
+    [
+        (False, 'first\neventreg: early\n   1.0 of 9 s   events: w 1\neventreg: late\n'),
+        (True, 'first\neventreg: early\n\r   1.0 of 9 s   events: w 1\neventreg: late\n'),
+    ],
+)
+def test_warnings_of_a_run_begin_a_line_and_leave_none_empty(terminal, shown, monkeypatch):
+    both = io.StringIO()
+    both.isatty = lambda: terminal
+    monkeypatch.setattr('sys.stdout', both)
+    monkeypatch.setattr('sys.stderr', both)
+    observer = Terminal(9.0)
+    observer.began('first')
+    observer.warned('early')
+    observer.progressed(1.0, {'w': 1})
+    observer.warned('late')
+    assert both.getvalue() == shown

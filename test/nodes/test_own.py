@@ -39,6 +39,37 @@ def test_an_exception_becomes_the_fault_of_the_node(bench, block, words):
     bench.until(lambda: node.stage == 'unconfigured')
 
 
+class Wordy(Failing):
+    """Raises what cannot be put into words, or at great length."""
+
+    words = 'x' * 1000
+
+    def advance(self, inputs, h):
+        raise WordyError(self.words)
+
+
+class WordyError(Exception):
+    def __str__(self):
+        return {'': None}.get(self.args[0], self.args[0])
+
+
+class Wordless(Wordy):
+    words = ''
+
+
+@pytest.mark.parametrize('block', [Wordy, Wordless])
+def test_a_fault_is_one_line_whatever_the_exception_says(bench, block, monkeypatch):
+    lines = []
+    logger = type(bench.peer.get_logger())
+    monkeypatch.setattr(logger, 'error', lambda self, line: lines.append(line))
+    node = bench.add(block)
+    bench.until(lambda: node.stage == 'unconfigured')
+    (line,) = lines
+    assert f'{block.__name__}.advance failed at step 1: WordyError' in line
+    assert line.endswith("configure' and 'activate'")
+    assert len(line) <= 300
+
+
 class Leaking(Failing):
     """A tank that leaks."""
 
