@@ -87,7 +87,12 @@ def _is_taken(name: socket.socket, text: str) -> bool:
 def is_inhabited(domain: int) -> bool:
     """Say whether processes of this machine are in ``domain``: their ports are taken."""
     first = FIRST_PORT + PORTS * domain + 10
-    return any(not _is_free(port) for port in range(first, min(first + 200, 65536), 2))
+    return any(not _is_free(first + 2 * each) for each in range(room(domain)))
+
+
+def room(domain: int) -> int:
+    """Return how many participants are looked for in ``domain``: the highest has ports for 62."""
+    return min(100, (65535 - FIRST_PORT - PORTS * domain - 10) // 2)
 
 
 def _is_free(port: int) -> bool:

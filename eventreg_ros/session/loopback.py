@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import EventregError, shown
+from ..nodes.environment import domain_of
+from .domain import room
 
 RANGE, PEERS, RMW = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'RMW_IMPLEMENTATION'
 
@@ -31,7 +33,7 @@ PROFILE = """\
       <transport_descriptor>
         <transport_id>loopback</transport_id>
         <type>UDPv4</type>
-        <maxInitialPeersRange>100</maxInitialPeersRange>
+        <maxInitialPeersRange>{room}</maxInitialPeersRange>
         <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>
       </transport_descriptor>
       <transport_descriptor>
@@ -57,7 +59,7 @@ PROFILE = """\
 </dds>
 """
 """UDP is bound to 127.0.0.1; there is no multicast; peers are looked for at 127.0.0.1 alone, among
-the ports of 100 participants."""
+the ports of so many participants."""
 
 NODES, CLIENT = ('memory', 'loopback'), ('loopback',)
 """The transports of nodes, and of who only looks on. Nodes send too much for the buffers of UDP,
@@ -95,8 +97,9 @@ def closed(environment: Mapping[str, str], directory: Path) -> Reach:
     for name in ('FASTDDS_BUILTIN_TRANSPORTS', 'ROS_LOCALHOST_ONLY'):
         found.pop(name, None)
     found |= {RANGE: 'SYSTEM_DEFAULT', 'SKIP_DEFAULT_XML': '1'}
+    many = room(domain_of(found))
     nodes, client = (
-        found | dict.fromkeys(PROFILES, _written(directory / f'{name}.xml', transports))
+        found | dict.fromkeys(PROFILES, _written(directory / f'{name}.xml', transports, many))
         for name, transports in (('nodes', NODES), ('client', CLIENT))
     )
     return Reach(nodes, client, notes)
@@ -109,9 +112,9 @@ def _need_file(given: str) -> None:
         raise EventregError(f'{variable} must name a file, got {shown(path)}; unset it')
 
 
-def _written(file: Path, transports: Sequence[str]) -> str:
+def _written(file: Path, transports: Sequence[str], many: int) -> str:
     words = ''.join(f'<transport_id>{name}</transport_id>' for name in transports)
-    file.write_text(PROFILE.format(transports=words), encoding='utf-8')
+    file.write_text(PROFILE.format(transports=words, room=many), encoding='utf-8')
     return str(file)
 
 

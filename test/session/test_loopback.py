@@ -141,6 +141,16 @@ def test_another_middleware_is_reported(tmp_path):
     assert 'rmw_cyclonedds_cpp may listen on the network' in found.notes[0]
 
 
+@pytest.mark.parametrize(('domain', 'participants'), [('7', 100), ('231', 100), ('232', 62)])
+def test_peers_are_looked_for_only_where_there_are_ports(tmp_path, domain, participants):
+    """Fast DDS ends the process, with 1 of all codes, for a port beyond 65535."""
+    closed({'ROS_DOMAIN_ID': domain}, tmp_path)
+    found = f'<maxInitialPeersRange>{participants}</maxInitialPeersRange>'
+    assert all(found in file.read_text() for file in tmp_path.iterdir())
+    last = 7400 + 250 * int(domain) + 11 + 2 * (participants - 1)  # its port for data
+    assert last <= 65535
+
+
 def test_an_open_run_has_what_the_environment_says():
     assert opened({}).nodes == {RANGE: 'SUBNET'}
     given = {RANGE: 'LOCALHOST', 'ROS_STATIC_PEERS': 'a', 'FASTDDS_BUILTIN_TRANSPORTS': 'SHM'}
