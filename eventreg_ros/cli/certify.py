@@ -67,9 +67,10 @@ def main(args: argparse.Namespace) -> int:
     need_writable(args.json)
     scenario = load_scenario(args)
     time = TIME if args.time is None else args.time
-    certificates = []
-    print(f'scenario {scenario.name}')
+    certificates: list[Certificate] = []
     for certificate in one_by_one(scenario.loop, time):
+        if not certificates:
+            print(f'scenario {scenario.name}')
         certificates.append(certificate)
         print(f'\n{lines(certificate)}', flush=True)
     write_json(

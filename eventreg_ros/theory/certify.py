@@ -33,6 +33,7 @@ from .lyapunov import (
     NoJacobianError,
     UnboundedError,
     conditional_exponent,
+    need_time,
 )
 from .wiring import Circuit, circuits
 
@@ -53,6 +54,7 @@ def certify(loop: Loop, time: float = TIME) -> list[Certificate]:
 
 def one_by_one(loop: Loop, time: float = TIME) -> Iterator[Certificate]:
     """Yield what :func:`certify` returns, each certificate as soon as it is known."""
+    need_time(time)
     with in_words(loop.foreign_models):
         yield from _one_by_one(loop.without_delay(), time)
 

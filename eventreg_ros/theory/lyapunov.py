@@ -73,6 +73,12 @@ class NoJacobianError(EventregError):
     """A model does not say its derivative."""
 
 
+def need_time(time: float) -> None:
+    """Raise EventregError where ``time``, model time, is more than :data:`LONGEST`."""
+    if not time <= LONGEST:
+        raise EventregError(f'the time must be at most {LONGEST:g} of model time, got {time:g}')
+
+
 def conditional_exponent(
     loop: Loop, time: float = TIME, *, perturbed: Sequence[str] = PERTURBED
 ) -> Exponent:
@@ -86,8 +92,7 @@ def conditional_exponent(
     if not loop.of_role(*perturbed):
         raise EventregError(f'nothing to perturb: name at least one of {", ".join(perturbed)}')
     need_jacobians(loop)
-    if not time <= LONGEST:
-        raise EventregError(f'the time must be at most {LONGEST:g} of model time, got {time:g}')
+    need_time(time)
     tangent, stimuli = Tangent(loop), list(loop.stimuli.values())
     budget = Budget(FIRST, EACH)
 

@@ -36,7 +36,8 @@ def stepping(run):
     def start(*arguments):
         process = run('exact', '--lockstep', '--duration', '100000', *arguments)
         assert 'clock' in process.stdout.readline()
-        assert ' of 100000 s' in process.stdout.readline()
+        # Where many nodes start at once, Fast DDS may log that a port in memory was taken.
+        assert any(' of 100000 s' in line for line in process.stdout)
         return process
 
     return start
