@@ -13,8 +13,9 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 
 from .. import __version__
-from ..errors import EventregError, ParameterError, described, one_line
+from ..errors import EventregError, ParameterError, described, one_line, shown
 from ..runtime.figures import STATE
+from ..scenario.hint import hint
 from ..scenario.names import kind_of
 from ..scenario.parameter import ACTIVE, INACTIVE, START, UNCONFIGURED, Parameter
 from ..scenario.parameters import completed, parameters_of
@@ -22,7 +23,7 @@ from ..scenario.qos import check_key, keys_of, misspelt
 from .declare import declare, fitted, given_to, widened
 from .endpoints import Endpoints
 from .given import as_meant
-from .requests import refusal, refuse_unreadable
+from .requests import check_requests, refusal
 from .topics import DIAGNOSTICS
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -79,7 +80,7 @@ class ManagedNode(Endpoints):
         self.add_pre_set_parameters_callback(lambda changes: widened(self.table, changes))
         self.add_on_set_parameters_callback(self._check_change)
         self.add_post_set_parameters_callback(self._take_change)
-        refuse_unreadable(self)
+        check_requests(self, self._check_request)
         self._diagnostics = self.publisher_of(DIAGNOSTICS)
         self._heartbeat = self.steady_timer(1.0, self.publish_diagnostics)
 
@@ -253,6 +254,14 @@ class ManagedNode(Endpoints):
                 self.trigger_activate()
 
     # Parameters
+
+    def _check_request(self, changes: Sequence[RosParameter]) -> SetParametersResult:
+        """Check what a service was asked to set, before rclpy does."""
+        for name in (change.name for change in changes):
+            if name not in self.table and not self.has_parameter(name):
+                words = f'{self.label} has no parameter {shown(name)}{hint(name, self.table)}'
+                return refusal(words)
+        return self._check_change(widened(self.table, changes))
 
     def _check_change(self, changes: Sequence[RosParameter]) -> SetParametersResult:
         try:

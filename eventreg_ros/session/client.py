@@ -14,6 +14,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
@@ -39,6 +40,7 @@ _REACHED = {
     ACTIVATE: State.PRIMARY_STATE_ACTIVE,
     DEACTIVATE: State.PRIMARY_STATE_INACTIVE,
 }
+_WORDS = {CONFIGURE: 'be configured', ACTIVATE: 'be activated', DEACTIVATE: 'be deactivated'}
 
 NAME = 'eventreg_run'
 """The name of the client's own node."""
@@ -235,16 +237,19 @@ class Client:
         # A request that was answered late was sent twice, and its second answer is a refusal.
         asked = {node: GetState.Request() for node in refused}
         for node, response in self._call(GetState, 'get_state', asked, seconds).items():
-            if response.current_state.id != _REACHED[transition]:
-                raise EventregError(f'{node} could not be started; see its message above')
+            present = response.current_state
+            if present.id != _REACHED[transition]:
+                raise EventregError(
+                    f'{node} refuses to {_WORDS[transition]} and is {present.label}; its own log '
+                    'says why'
+                )
 
     def set_parameter(self, node: str, name: str, value: object, seconds: float = 30.0) -> None:
         """Set one parameter of ``node``. Raises EventregError when it refuses."""
         message = RosParameter(name, value=value).to_parameter_msg()
         request = {node: SetParameters.Request(parameters=[message])}
         result = self._call(SetParameters, 'set_parameters', request, seconds)[node].results[0]
-        if not result.successful:
-            raise EventregError(f'{node}.{name}: {result.reason}')
+        _need(result, node, name)
 
     def act(self, intervention: Intervention, seconds: float = 30.0) -> None:
         """Do what an intervention says, now. Raises EventregError when the node refuses."""
@@ -265,8 +270,7 @@ class Client:
         requests = {node: SetParameters.Request(parameters=[value]) for node in nodes}
         responses = self._call(SetParameters, 'set_parameters', requests, seconds)
         for node, response in responses.items():
-            if not response.results[0].successful:
-                raise EventregError(f'{node}.start_time: {response.results[0].reason}')
+            _need(response.results[0], node, 'start_time')
 
     def _call(
         self, service: Any, name: str, requests: Mapping[str, Any], seconds: float
@@ -317,6 +321,14 @@ class Client:
             ]
 
         self.until(lambda: not missing(), seconds, lambda: f'not matched: {", ".join(missing())}')
+
+
+def _need(result: SetParametersResult, node: str, name: str) -> None:
+    """Raise EventregError for a parameter that ``node`` refused, with its reason."""
+    if not result.successful:
+        words = str(result.reason)
+        named = words.startswith((f'{node}.{name} ', f'{node} '))
+        raise EventregError(words if named else f'{node}.{name}: {words}')
 
 
 def _full_name(endpoint: Any) -> str:

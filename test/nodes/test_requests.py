@@ -41,3 +41,23 @@ def test_together_all_of_them_are_refused(asked):
     response, plant = asked(SetParametersAtomically, 'set_parameters_atomically', GOOD, UNKNOWN)
     assert not response.result.successful
     assert (plant.values['k'], plant.stage) == (1.0, 'active')
+
+
+REFUSED = [
+    ('k', 'DOUBLE', -1.0, 'plant.k must be a finite number >= 0, got -1.0'),
+    ('k', 'STRING', 'abc', "plant.k must be a finite number >= 0, got 'abc'"),
+    ('tua', 'DOUBLE', 1.0, "plant has no parameter 'tua'; did you mean 'tau'?"),
+]
+
+
+@pytest.mark.parametrize(('name', 'kind', 'value', 'words'), REFUSED)
+@pytest.mark.parametrize(
+    ('service', 'path'),
+    [(SetParameters, 'set_parameters'), (SetParametersAtomically, 'set_parameters_atomically')],
+)
+def test_what_is_refused_is_refused_in_our_words(asked, service, path, name, kind, value, words):
+    field = {f'{kind.lower()}_value': value, 'type': getattr(ParameterType, f'PARAMETER_{kind}')}
+    response, plant = asked(service, path, Parameter(name=name, value=ParameterValue(**field)))
+    (result,) = response.results if service is SetParameters else [response.result]
+    assert (result.successful, result.reason) == (False, words)
+    assert plant.values['k'] == 1.0
