@@ -193,6 +193,6 @@ def _drawn(seed: int, place: int, samples: int) -> Array:
     return draws(seed, place, samples)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
 def _received(signals: tuple[str, ...], steps: int, h: float, impairment: Impairment) -> Received:
-    return received(signals, steps, h, impairment)
+    return received(signals, steps, h, impairment, with_used=False)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,9 @@ import numpy.typing as npt
 
 from ..errors import EventregError
 from .model_time import MAX_STEPS
+
+SHORT = 1 << 17
+"""Steps of a run up to which random numbers are kept, for the next run with the same seed."""
 
 Index = npt.NDArray[np.int64]
 
@@ -69,6 +73,8 @@ def received(
     h: float,
     impairment: Impairment = PERFECT,
     leads: Sequence[int] | None = None,
+    *,
+    with_used: bool = True,
 ) -> Received:
     """Return what the links of ``signals`` have at each of ``steps`` steps of length ``h``.
 
@@ -77,12 +83,13 @@ def received(
     those that arrive together all are used, in order. Every link has random numbers of its own,
     which depend on its place and the seed only: the same draws, whatever loss, jitter and duration.
     With ``leads`` (steps, one per link) a sample that arrives sooner than so many steps after it
-    was sent counts as arriving then.
+    was sent counts as arriving then. Unless ``with_used``, ``used`` stays empty.
     """
     delay = round(min(impairment.delay / h, float(steps)))
     jitter = min(impairment.jitter / h, float(MAX_STEPS))
     newest = np.empty((len(signals), steps), dtype=np.int64)
-    previous, used = np.empty_like(newest), np.full_like(newest, -1)
+    previous = np.empty_like(newest)
+    used = np.full((len(signals), steps if with_used else 0), -1, dtype=np.int64)
     for link, signal in enumerate(signals):
         impaired = impairment.on is None or signal in impairment.on
         law = (delay, impairment.loss, jitter) if impaired else (0, 0.0, 0.0)
@@ -90,10 +97,11 @@ def received(
         if law[1:] == (0.0, 0.0):
             newest[link] = np.maximum(np.arange(steps) - max(law[0], lead), -1)
             previous[link] = np.maximum(newest[link] - 1, -1)
-            used[link] = np.arange(steps)
+            used[link] = np.arange(used.shape[1])
             continue
         sent, arrival = _arrivals(link, steps, *law, impairment.seed, lead)
-        used[link, sent] = sent
+        if with_used:
+            used[link, sent] = sent
         have = np.cumsum(np.bincount(arrival[arrival < steps], minlength=steps)[:steps])
         sent = np.concatenate(([-1, -1], sent))
         newest[link], previous[link] = sent[have + 1], sent[have]
@@ -105,12 +113,11 @@ def _arrivals(
 ) -> tuple[Index, Index]:
     """Return the numbers of the samples that one link uses and when each arrives, both in order."""
     sent = np.arange(steps, dtype=np.int64)
-    arrival = sent + delay
+    arrival, draws = sent + delay, _known_draws if steps <= SHORT else _draws
     if jitter > 0.0:
-        late = np.random.default_rng((seed, link, 1))
-        arrival = arrival + np.floor(jitter * late.random(steps)).astype(np.int64)
+        arrival = arrival + np.floor(jitter * draws(seed, link, 1, steps)).astype(np.int64)
     if loss > 0.0:
-        kept = np.random.default_rng((seed, link, 0)).random(steps) >= loss
+        kept = draws(seed, link, 0, steps) >= loss
         sent, arrival = sent[kept], arrival[kept]
     arrival = np.maximum(arrival, sent + lead)
     if jitter > 0.0 and len(sent):
@@ -118,3 +125,11 @@ def _arrivals(
         used = arrival <= earliest_after
         sent, arrival = sent[used], arrival[used]
     return sent, arrival
+
+
+def _draws(seed: int, link: int, of: int, steps: int) -> npt.NDArray[np.float64]:
+    """Return the random numbers of one link, of its loss (0) or its jitter (1), for all laws."""
+    return np.random.default_rng((seed, link, of)).random(steps)
+
+
+_known_draws = lru_cache(maxsize=32)(_draws)

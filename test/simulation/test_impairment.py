@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 
+from eventreg_ros.simulation import impairment
 from eventreg_ros.simulation.impairment import Impairment
 from eventreg_ros.simulation.impairment import received as received_on
 
@@ -45,6 +46,17 @@ def test_loss_and_jitter_have_their_size():
     late = np.arange(20000) - received(1, 20000, delay=5, jitter=4.0, seed=1).newest[0]
     assert late[10:].min() == 5
     assert late[10:].max() <= 9
+
+
+def test_random_numbers_that_are_kept_are_those_that_are_not(monkeypatch):
+    law = Impairment(delay=1.0, loss=0.2, jitter=3.0, seed=5)
+    first = received_on('ab', 300, 1.0, law)
+    again = received_on('ab', 300, 1.0, law, with_used=False)
+    monkeypatch.setattr(impairment, 'SHORT', 299)
+    drawn = received_on('ab', 300, 1.0, law)
+    assert [each.tolist() for each in drawn] == [each.tolist() for each in first]
+    assert [each.tolist() for each in again[:2]] == [each.tolist() for each in first[:2]]
+    assert again.used.size == 0
 
 
 def test_the_same_draws_whatever_else():
