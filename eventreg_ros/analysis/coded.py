@@ -68,7 +68,7 @@ def as_received(signals: Signals, coded: Mapping[str, Coded]) -> Signals:
             continue
         if isinstance(each.coding, Delta):
             found[name] = held(signal, each.longest, each.h, end)
-        elif len(signal.t) > 1 and np.median(np.diff(signal.t)) >= DENSE * each.h:
+        elif len(signal.t) == 1 or np.median(np.diff(signal.t)) >= DENSE * each.h:
             found[name] = made_of_spikes(signal, each.coding.tau, each.h, end)
     return found
 

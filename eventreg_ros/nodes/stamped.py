@@ -142,7 +142,9 @@ class StampedInputs:
         self.quiet = [s for s, quiet in zip(self.signals, self.silent, strict=True) if quiet]
         signal = self.signals[i]
         if silent:
-            self._log.warning(f'input {signal} silent for {self.timeout:g} s; {self.silence}')
+            spikes = isinstance(self.samples[i], SpikeInput)
+            words = 'has no more spikes' if spikes else f'silent for {self.timeout:g} s'
+            self._log.warning(f'input {signal} {words}; {self.silence}')
         else:
             self._log.info(f'input {signal} is back')
 

@@ -96,7 +96,7 @@ def notes(limits: list[Limit]) -> list[str]:
     for limit in limits:
         if isinstance(limit.on, tuple) and isinstance(limit.lead, float):
             lines.append(
-                f'delay: of {" and ".join(limit.on)}, with the lead set to it; {limit.name}: '
+                f'delay: of {" and ".join(limit.on)}, with the lead raised to it; {limit.name}: '
                 'the same with the lead as it is'
             )
             break

@@ -8,6 +8,9 @@ from typing import Any
 
 from ..errors import ParameterError
 
+OSCILLATES = 0.001, 0.8
+"""Bounds of tau of a generator that makes a signal of spikes; from 1 on it does not oscillate."""
+
 
 def signs_of(values: Mapping[str, Any]) -> tuple[tuple[str, float], ...]:
     """Return the inputs of a block with their signs, in the order in which they are summed.
@@ -34,7 +37,8 @@ def templates_of(values: Mapping[str, Any]) -> dict[str, float]:
 
     Raises ParameterError for what is no SIGNAL:TAU.
     """
-    return _numbers('spike_inputs', values, 'TAU, 0.001 <= TAU <= 0.8 (u:0.08)', 0.001, 0.8)
+    low, high = OSCILLATES
+    return _numbers('spike_inputs', values, f'TAU, {low:g} <= TAU <= {high:g} (u:0.08)', low, high)
 
 
 def _numbers(

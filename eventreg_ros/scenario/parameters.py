@@ -20,7 +20,7 @@ from ..models.model import Model, ModelParameter
 from ..models.neuron import OSCILLATOR
 from ..models.roles import ROLES
 from .hint import hint
-from .inputs import delays_of, templates_of
+from .inputs import OSCILLATES, delays_of, templates_of
 from .names import NodeName, split
 from .other_nodes import OTHERS
 from .parameter import ACTIVE, INACTIVE, Parameter
@@ -235,10 +235,11 @@ def _check_coding(node: str, values: Mapping[str, Any]) -> None:
         raise ParameterError(
             f'{node}.send_on_delta must be 0 with coding spikes, got {values["send_on_delta"]:g}'
         )
-    if not 0.001 <= values['tau'] <= 0.8:
+    low, high = OSCILLATES
+    if not low <= values['tau'] <= high:
         raise ParameterError(
-            f'{node}.tau must be >= 0.001 and <= 0.8 with coding spikes, got {values["tau"]:g}: '
-            'the generator of the receiver must oscillate'
+            f'{node}.tau must be >= {low:g} and <= {high:g} with coding spikes, got '
+            f'{values["tau"]:g}: the generator of the receiver must oscillate'
         )
 
 

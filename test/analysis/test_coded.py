@@ -91,6 +91,16 @@ def test_spikes_become_the_signal_that_the_plant_makes_of_them():
     assert found['y'].x is run['y']
 
 
+def test_a_single_spike_is_one_too():
+    known = codings(load('late', 'controller.coding:=spikes'))
+    t = np.arange(0.0, 30.0, H)
+    sent = Signal(np.array([5.0]), np.array([-1.0]))
+    made = as_received({'u': sent, 'y': Signal(t, np.zeros_like(t))}, known)['u']
+    assert made.t[-1] > 29.0
+    assert made.x[0] == 0.0
+    assert -2.1 < made.x.min() < -1.5, 'a period of the generator, from where it falls through 0'
+
+
 def test_what_came_sample_by_sample_stays_as_it_is():
     scenario = load('exact', 'controller.send_on_delta:=0.1')
     run = simulate(scenario, 20.0, sampled=True)

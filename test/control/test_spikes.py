@@ -66,6 +66,19 @@ def test_two_messages_a_period_carry_the_signal():
     np.testing.assert_allclose(made[first:], values[first:], atol=5e-3)
 
 
+def test_spikes_that_go_out_late_and_together_say_how_long_ago_they_were():
+    values = generator(1 / 12, 1500).tolist()
+    _, sent = coded(values, 1 / 12)
+    coder = Coder(Spikes(1 / 12), 1.0 / H, H)
+    for value in values:
+        coder(value)
+    ago = [abs(message) - 1.0 + (1499 - n) * H for n, message in sent]
+    late = coder.take()
+    assert [abs(message) - 1.0 for message in late] == pytest.approx(ago, abs=1e-9)
+    assert [m > 0.0 for m in late] == [m > 0.0 for _, m in sent]
+    assert len(late) > 2
+
+
 def test_a_receiver_with_another_tau_takes_over_the_senders_period():
     values = generator(1 / 12, 6000)
     made, sent = coded(values.tolist(), 1 / 16)

@@ -67,4 +67,4 @@ def test_the_command_has_both_the_lead_that_follows_and_the_one_that_is_set(tmp_
     assert hold['delay_of'].keys() == {'w', 'y', 'u'}
     out = capsys.readouterr().out
     assert '\nat lead 0.4 ' in out
-    assert 'delay: of y and u, with the lead set to it; at lead 0.4: ' in out
+    assert 'delay: of y and u, with the lead raised to it; at lead 0.4: ' in out

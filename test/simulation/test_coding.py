@@ -43,6 +43,13 @@ def test_messages_that_could_not_go_out_at_once_go_out_together_with_the_next():
     assert coder.take() == []
 
 
+def test_what_differs_by_exactly_delta_is_sent():
+    coder = Coder(Delta(0.5, 10.0), 200.0, 0.05)
+    for value in (0.0, 0.25, 0.5, 0.75, 0.0):
+        coder(value)
+    assert coder.take() == [0.0, 0.5, 0.0]
+
+
 def messages(x):
     return 1 + np.count_nonzero(np.diff(x))
 
