@@ -223,5 +223,7 @@ class McapStorage:
 
     def abort(self) -> None:
         """Close the file as it is."""
-        self._indices.close()
-        self.file.close()
+        try:
+            self._indices.close()
+        finally:
+            self.file.close()

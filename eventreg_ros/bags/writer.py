@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from sqlite3 import Error as SqliteError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import BagError
+from ..files import reason_of
 from ..runtime.cdr import packed
 from .changes import Written
 from .channel import FLOAT64, Index, Stamps
@@ -46,7 +50,8 @@ class BagWriter:
                 self._writer.set_custom_data(SCENARIO_KEY, scenario)
                 self._writer.set_custom_data(NAME_KEY, name)
         except (OSError, WriterError) as error:
-            raise BagError(f'bag {path} cannot be made: {error}; name another directory') from None
+            why = reason_of(error) if isinstance(error, OSError) else str(error)
+            raise BagError(f'bag {path} cannot be made: {why}; name another directory') from None
         self._storage: Any = self._writer.storage
         self._place = Place(path / (path.name + STORAGES[storage]))
         self._connections: dict[str, Any] = {}
@@ -136,9 +141,13 @@ class BagWriter:
         try:
             self._place.check()
         except BagError:
-            self._storage.abort()
+            self.abort()
             raise
         self._writer.close()
+
+    def abort(self) -> None:
+        """Close the files as they are."""
+        self._storage.abort()
 
 
 def _opened(path: Path, storage: str) -> Writer:
@@ -177,9 +186,27 @@ def write_bag(
     """Write signals as a rosbag2.
 
     ``signals`` maps each name to (stamps, values), both of shape (n,), stamps in nanoseconds.
-    ``changes`` are messages with their stamps, in order. Raises BagError.
+    ``changes`` are messages with their stamps, in order. Raises BagError; nothing is left then.
     """
     writer = BagWriter(path, storage, scenario_yaml, scenario_name)
+    try:
+        _fill(writer, signals, changes)
+    except BaseException as error:  # an interruption, too
+        with suppress(OSError, SqliteError):
+            writer.abort()
+        shutil.rmtree(path, ignore_errors=True)
+        if not isinstance(error, OSError | SqliteError):
+            raise
+        why = reason_of(error) if isinstance(error, OSError) else str(error)
+        raise BagError(f'bag {path} cannot be written: {why}; name another directory') from None
+
+
+def _fill(
+    writer: BagWriter,
+    signals: Mapping[str, tuple[Sequence[int], Values]],
+    changes: Sequence[tuple[int, Written]],
+) -> None:
+    """Write everything, and close the bag."""
     writer.name_signals({name: f'/{name}' for name in signals})
     topics = [f'/{name}' for name in signals]
     for topic in topics:

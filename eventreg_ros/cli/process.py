@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -10,6 +11,9 @@ from contextlib import contextmanager, nullcontext
 
 from .. import interrupts
 from ..errors import EventregError, complain, confess
+from ..files import reason_of
+
+_FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 PIPE_CLOSED = 141
 """The exit code when nobody reads on: the shell's, for SIGPIPE."""
@@ -40,7 +44,8 @@ def guarded(work: Callable[[], int], interruptible: bool = True) -> int:
     except BrokenPipeError:
         return PIPE_CLOSED
     except OSError as error:
-        return fail(error)
+        full = error.filename is None and error.errno in _FULL
+        return fail(f'output: {reason_of(error)}; send it elsewhere' if full else error)
     except MemoryError:
         return fail('out of memory; take a shorter duration, fewer steps or a smaller file')
     except Exception as error:
