@@ -66,6 +66,19 @@ def test_two_messages_a_period_carry_the_signal():
     np.testing.assert_allclose(made[first:], values[first:], atol=5e-3)
 
 
+def test_a_spike_that_is_heard_late_is_made_up_for_in_the_senders_time():
+    prompt, late = Receiver(1 / 12), Receiver(1 / 12)
+    for hears in (prompt, late):
+        for _ in range(3):  # rises every 28: the sender is faster than the template
+            hears([(1.0, 0.0)], 14.0)
+            hears([(-1.0, 0.0)], 14.0)
+    prompt([(1.0, 0.0)], 14.0)
+    for _ in range(359):
+        late([], H)
+    made = [prompt([], H) for _ in range(80)]
+    assert late([(1.0, 4.0)], H) == pytest.approx(made[-1], abs=1e-4)
+
+
 def test_spikes_that_go_out_late_and_together_say_how_long_ago_they_were():
     values = generator(1 / 12, 1500).tolist()
     _, sent = coded(values, 1 / 12)

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages that are lost on the way in a simulation: what receivers make of those that come."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from eventreg_ros import judge, load, simulate
 from eventreg_ros.simulation.block import Block
-from eventreg_ros.simulation.impairment import Impairment
+from eventreg_ros.simulation.copies import copies_of
+from eventreg_ros.simulation.impairment import Impairment, received
 from eventreg_ros.simulation.sampled import SampledLoop
 
 ONE_WAY = ('exosystem.send_on_delta:=0.1', '/**.hold:=zero')
@@ -73,6 +76,24 @@ def test_a_fifth_of_the_spikes_may_be_lost(name, settle):
 
     assert judge(lost(0.2), settle=settle).verdict == 'rejected'
     assert judge(lost(0.9), settle=settle).verdict == 'not rejected', 'with nearly all it fails'
+
+
+def test_links_that_are_named_lose_messages_but_no_samples_and_are_late_as_ever():
+    scenario = load('late', *SPIKES, 'plant.send_on_delta:=0.05')
+    signals = [signal for _, signal in SampledLoop(scenario.loop).links]
+    lossy = Impairment(delay=1.0, jitter=2.0, loss=0.4, seed=3, on=frozenset('y'))
+    copies = copies_of(list(scenario.blocks.values()), signals, lossy, 9, 400)
+    (link,) = copies.of
+    assert signals[link] == 'y'
+    leads = [0] * len(signals)
+    found, whole, still = (
+        received(signals, 400, 0.05, each, leads)
+        for each in (lossy, replace(lossy, loss=0.0), replace(lossy, loss=0.0, jitter=0.0))
+    )
+    found = copies.received(found, signals, 400, 0.05, lossy, leads)
+    for have, expected in zip(found, whole, strict=True):
+        np.testing.assert_array_equal(have[link], expected[link])
+    assert not np.array_equal(whole.newest[link], still.newest[link])
 
 
 def test_compiled_has_the_bits_of_plain():
