@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..analysis.subject import Subject
 from ..errors import EventregError
+from ..models import Params
 from ..simulation.block import BlockSpec
 from ..simulation.impairment import Impairment, Received, received
 from ..simulation.lanes import Course, Lanes, Links, Start, structure_of
@@ -183,9 +184,13 @@ def _of(each: Sequence[Any], places: Sequence[int]) -> Sequence[Any]:
 
 
 def _with(spec: BlockSpec, x: Array, params: Array) -> BlockSpec:
-    pack = type(spec.params)
-    made = pack(*params.tolist()) if hasattr(pack, '_fields') else tuple(params.tolist())
-    return replace(spec, x0=tuple(x.tolist()), params=made)
+    return replace(spec, x0=tuple(x.tolist()), params=packed(spec, params.tolist()))
+
+
+def packed(spec: BlockSpec, numbers: Sequence[float]) -> Params:
+    """Return numbers as the parameters of a block, in the type that its model reads."""
+    pack: Callable[..., Params] = type(spec.params)
+    return pack(*numbers) if hasattr(pack, '_fields') else tuple(numbers)
 
 
 @lru_cache(maxsize=64)

@@ -16,14 +16,15 @@ from ..scenario.hint import hint
 from ..scenario.links import need_linked
 from ..scenario.parameters import has, is_foreign, parameters_of
 from ..scenario.reader import Override
+from ..simulation.block import BlockSpec
 from ..simulation.impairment import Impairment
-from ..simulation.lanes import Start
-from ..simulation.model_errors import in_words
+from ..simulation.lanes import Start, first_output
+from ..simulation.model_errors import ANYTHING, in_words
 from ..simulation.model_time import count_steps
 from ..simulation.noise import Noise
 from .axes import Array, Axis
 from .imperfections import Imperfect, Imperfections
-from .lane_group import Template
+from .lane_group import Template, packed
 from .lane_run import lanes_can, run, run_alike
 from .outcome import Case, Outcomes, nothing
 from .plan import Plan
@@ -95,13 +96,12 @@ class Sets:
         for i, places in zip(self._of_nodes, self._places or (), strict=True):
             for place in places or ():
                 (x if place.of_state else params)[place.block][:, place.slot] = columns[i]
-        outputs = []
-        for b, spec in enumerate(specs):
-            if spec.model.output is first_state:
-                outputs.append(x[b][:, 0].copy())
-                continue
-            pairs = zip(x[b].tolist(), params[b].tolist(), strict=True)
-            outputs.append(np.array([spec.model.output(tuple(s), 0.0, tuple(p)) for s, p in pairs]))
+        try:
+            outputs = [_outputs(*each) for each in zip(specs, x, params, strict=True)]
+        except ANYTHING:
+            if not self._loop.foreign_models:
+                raise
+            return self._slow(columns, count, around, pool)  # which says it set by set
         template = Template(self._loop, self._subject, self.plan.duration)
         return run_alike(template, Start(x, params, outputs), *around, pool=pool)
 
@@ -180,6 +180,14 @@ def _nodes(scenario: Scenario, axis: Axis) -> list[str]:
     ]
 
 
+def _outputs(spec: BlockSpec, x: Array, params: Array) -> Array:
+    """Return the outputs of a block at the start of sets, shape (n,)."""
+    if spec.model.output is first_state:
+        return np.array(x[:, 0])
+    pairs = zip(x.tolist(), params.tolist(), strict=True)
+    return np.array([first_output(spec, tuple(s), packed(spec, p)) for s, p in pairs])
+
+
 class _Place:
     """Where a value goes that is nothing but a number of one block, and its rule."""
 
@@ -234,7 +242,7 @@ def _free(model: Model) -> list[str]:
     return [parameter.name for parameter in own if parameter.name not in model.learned]
 
 
-def _slot(axis: Axis, spec: Any) -> int | None:
+def _slot(axis: Axis, spec: BlockSpec) -> int | None:
     """Return the place of an axis in the state or the parameters of a block, None without one."""
     model, pack = spec.model, type(spec.params)
     if axis.parameter == 'x0':
