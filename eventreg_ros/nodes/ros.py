@@ -88,18 +88,29 @@ def run_nodes(makes: Sequence[Callable[[], Any]], args: Sequence[str] | None = N
     ending = Ending()
     _wake_promptly()
     nodes: list[Any] = []
+    code = 0
     try:
         _init(list(sys.argv if args is None else args))
         _live(nodes, makes, ending)
     except Exception as error:
-        return 0 if ending.asked or _was_shut_down() else _refuse(error)
+        code = 0 if ending.asked or _was_shut_down() else _refuse(error)
     finally:
-        # The recorder first: what the others say last is no part of the run.
-        for node in sorted(nodes, key=lambda node: getattr(node, 'kind', '') != 'recorder'):
-            node.close()
+        code = _close(nodes) or code
         get_default_context().try_shutdown()
         ending.over()
-    return 0
+    return code
+
+
+def _close(nodes: Sequence[Any]) -> int:
+    """Close all nodes, whatever one of them raises; return the exit code of that, or 0."""
+    code = 0
+    # The recorder first: what the others say last is no part of the run.
+    for node in sorted(nodes, key=lambda node: getattr(node, 'kind', '') != 'recorder'):
+        try:
+            node.close()
+        except Exception as error:
+            code = _refuse(error)
+    return code
 
 
 def _init(arguments: list[str]) -> None:

@@ -9,6 +9,7 @@ import pytest
 from std_msgs.msg import Float64
 
 from eventreg_ros.models.roles import ROLES
+from eventreg_ros.nodes import ros
 from eventreg_ros.nodes.block import BlockNode
 from eventreg_ros.nodes.ending import Ending
 
@@ -105,3 +106,24 @@ def test_signals_that_a_block_of_ones_own_handles_do_not_end_its_process(came, w
     os.close(reader)
     assert ending.asked == bool(woken)
     assert calls == [True] * woken
+
+
+def test_what_a_node_raises_as_it_is_closed_stops_no_other_and_is_no_traceback(capsys):
+    """Python would end with 1, which is a verdict, and the others would send no last 0."""
+    closed = []
+
+    class Node:
+        def __init__(self, kind, error=None):
+            self.kind, self.error = kind, error
+
+        def close(self):
+            closed.append(self.kind)
+            if self.error is not None:
+                raise self.error
+
+    nodes = [Node('plant', OSError('the motor is gone')), Node('controller'), Node('recorder')]
+    assert ros._close(nodes) == 70
+    assert closed == ['recorder', 'plant', 'controller']
+    (line,) = capsys.readouterr().err.splitlines()
+    assert 'OSError: the motor is gone' in line
+    assert ros._close(nodes[1:]) == 0
