@@ -101,6 +101,15 @@ def test_a_single_spike_is_one_too():
     assert -2.1 < made.x.min() < -1.5, 'a period of the generator, from where it falls through 0'
 
 
+def test_after_the_message_that_the_sender_is_off_the_signal_is_0():
+    known = codings(load('late', 'controller.coding:=spikes'))
+    t = np.arange(0.0, 30.0, H)
+    sent = Signal(np.array([5.0, 12.0]), np.array([-1.0, 0.0]))
+    made = as_received({'u': sent, 'y': Signal(t, np.zeros_like(t))}, known)['u']
+    assert np.abs(made.x[(made.t > 6.0) & (made.t < 11.9)]).min() > 0.5
+    assert not made.x[made.t > 12.0].any()
+
+
 def test_what_came_sample_by_sample_stays_as_it_is():
     scenario = load('exact', 'controller.send_on_delta:=0.1')
     run = simulate(scenario, 20.0, sampled=True)
