@@ -133,15 +133,13 @@ def _hold(domain: int) -> socket.socket | None:
 
     The ports are those of the DDS wire protocol: 7400 + 250 domain + 10 + 2 participant.
     """
-    base = FIRST_PORT + PORTS * domain
     guard = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
-        guard.bind(('127.0.0.1', base + 10 + 2 * 119))
-        probe.bind(('0.0.0.0', base + 10))
-        return guard
+        guard.bind(('127.0.0.1', FIRST_PORT + PORTS * domain + 10 + 2 * 119))
     except OSError:
         guard.close()
         return None
-    finally:
-        probe.close()
+    if is_inhabited(domain):
+        guard.close()
+        return None
+    return guard

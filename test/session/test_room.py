@@ -48,8 +48,8 @@ def test_nodes_and_publishers_of_the_same_names_are_named_and_left_alone(
     result = eventreg('run', 'exact', '--bag', tmp_path / 'bag', env=domain)
     assert result.returncode == 2
     assert result.stderr == (
-        f'eventreg: on ROS_DOMAIN_ID={domain["ROS_DOMAIN_ID"]} there is /controller, a publisher of'
-        ' /y, /arm/sensor already, and two would disturb each other; stop them, or unset '
+        f'eventreg: on ROS_DOMAIN_ID={domain["ROS_DOMAIN_ID"]} there is /controller, /arm/sensor, '
+        'which publishes /y, already, and two would disturb each other; stop them, or unset '
         'ROS_DOMAIN_ID for a domain of its own\n'
     )
     assert not (tmp_path / 'bag').exists()
