@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import EventregError
 from ..scenario import Scenario
+from ..scenario.leads import unequal_leads
 from .arguments import nonnegative, whole
 
 IMPAIRMENTS = ('delay', 'loss', 'jitter', 'noise', 'seed', 'on')
@@ -50,6 +51,12 @@ def impairments(args: argparse.Namespace) -> dict[str, Any]:
             f'that has no links; add --sampled'
         )
     return given
+
+
+def warn_of_leads(scenario: Scenario) -> None:
+    """Say on standard error where plant and predicting controller have another ``lead``."""
+    for line in unequal_leads(scenario):
+        print(f'eventreg: {line}', file=sys.stderr)
 
 
 def warn_of_rounding(delay: float | None, scenario: Scenario) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..errors import EventregError
 from ..files import need_writable
 from .arguments import add_at, add_blind, add_scenario, add_window, load_scenario, positive, warn
-from .impairments import add_impairments, impairments, warn_of_rounding
+from .impairments import add_impairments, impairments, warn_of_leads, warn_of_rounding
 from .report_outputs import ReportOutputs, add_report_outputs
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ def main(args: argparse.Namespace) -> int:
     print(table(report), flush=True)
     warn(report.evidence.warnings)
     warn_of_rounding(args.delay, scenario)
+    warn_of_leads(scenario)
     _write(args, run)
     outputs.write(report, lambda: _page(run, report))
     return report.exit_code

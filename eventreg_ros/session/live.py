@@ -18,6 +18,7 @@ from ..errors import EventregError, ros_is_missing
 from ..nodes import environment
 from ..scenario import Criteria, Scenario
 from ..scenario.interventions import need_before, read_all
+from ..scenario.leads import unequal_leads
 from ..simulation.trajectory import Array
 from .bag import Recorded
 from .judged import Judged
@@ -136,8 +137,9 @@ def run(
         interventions=interventions,
         network=network,
     )
-    for finding in foreseen(learners_of(scenario)):
-        session.observer.warned(finding.text)
+    said = [finding.text for finding in foreseen(learners_of(scenario))]
+    for line in [*said, *unequal_leads(scenario)]:
+        session.observer.warned(line)
     session.perform()
     analysis, unjudged = None, None
     try:

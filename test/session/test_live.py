@@ -36,15 +36,24 @@ class Heard(Observer):
 
 
 @pytest.mark.parametrize(
-    ('scenario', 'adapt', 'words'),
+    ('scenario', 'setting', 'words'),
     [
-        ('exact', 0.2, ['controller learns with adapt 0.2, and above 0.08 it need not converge']),
-        ('quiescent', 0.04, ['controller has no generator to learn tau of; without w tau runs']),
-        ('exact', 0.04, []),
+        (
+            'exact', {'controller.adapt': 0.2},
+            ['controller learns with adapt 0.2, and above 0.08 it need not converge'],
+        ),
+        (
+            'quiescent', {'controller.adapt': 0.04},
+            ['controller has no generator to learn tau of; without w tau runs'],
+        ),
+        ('exact', {'controller.adapt': 0.04}, []),
+        ('late', {'plant.lead': 3}, ['controller.lead is 2 and plant.lead is 3 of model time']),
+        ('late', {'/**.lead': 3}, []),
+        ('exact', {'plant.lead': 3}, []),
     ],
-)
-def test_what_learning_cannot_do_is_said_before_it_begins(
-    tmp_path, monkeypatch, scenario, adapt, words
+)  # fmt: skip
+def test_what_cannot_go_well_is_said_before_it_begins(
+    tmp_path, monkeypatch, scenario, setting, words
 ):
     def perform(session):
         raise EventregError('begins')
@@ -52,5 +61,5 @@ def test_what_learning_cannot_do_is_said_before_it_begins(
     monkeypatch.setattr(Session, 'perform', perform)
     heard = Heard()
     with pytest.raises(EventregError, match='begins'):
-        live.run(load(scenario, {'controller.adapt': adapt}), bag=tmp_path / 'bag', observer=heard)
+        live.run(load(scenario, setting), bag=tmp_path / 'bag', observer=heard)
     assert [line[: len(word)] for line, word in zip(heard.lines, words, strict=True)] == words
