@@ -20,7 +20,7 @@ demo: $(VENV)/ros
 test: lint
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
 
-# What to run between two edits: half a minute.
+# What to run between two edits: half a minute of tests on two cores.
 quick: lint
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup -m 'not ros and not slow'
 

@@ -54,6 +54,7 @@ def test_public_names_are_not_hidden_by_submodules(python):
     assert python('-c', code).stdout == 'set()\n'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('more', [{}, {'sampled': True, 'delay': 0.1, 'loss': 0.1, 'seed': 3}])
 def test_the_report_is_that_of_the_command(tmp_path, more, capsys):
     run = simulate(load('mismatch', 'controller.k:=4'), 150.0, **more)
@@ -172,6 +173,7 @@ def test_the_examples_of_the_docstrings_run():
     assert runner.tries >= 12
 
 
+@pytest.mark.slow
 def test_results_are_short_in_a_list_and_tables_when_printed(exact, tmp_path):
     from eventreg_ros import analyze, compare, identify, read_bag, sweep
 

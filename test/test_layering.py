@@ -124,6 +124,7 @@ def allowed(name, part, own):
     return not within(own, 'nodes') or (part == 'cli' and within(own, 'nodes.executables'))
 
 
+@pytest.mark.slow
 def test_no_import_goes_against_the_arrows():
     assert sorted(violations()) == []
 

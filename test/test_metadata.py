@@ -118,6 +118,7 @@ def test_whoever_reads_the_index_finds_what_it_is(setup):
     assert setup['python_requires'] == '>=3.10'
 
 
+@pytest.mark.slow
 def test_all_that_the_package_imports_is_declared_and_nothing_else(manifest, setup):
     names = imported('eventreg_ros', 'launch') - set(EXTRAS)
     keys = {PYPI_AND_ROSDEP[name][1] if name in PYPI_AND_ROSDEP else name for name in names}

@@ -74,6 +74,7 @@ def test_a_silence_longer_than_the_heartbeat_is_a_gap():
     assert timing(stamps, 0.275).gaps == 2
 
 
+@pytest.mark.slow
 def test_spikes_become_the_signal_that_the_plant_makes_of_them():
     scenario = load('late', 'controller.coding:=spikes')
     run = simulate(scenario, 300.0, sampled=True)
@@ -179,6 +180,7 @@ def test_live_and_recorded_verdicts_on_messages_sent_on_delta_agree(tmp_path, be
     assert report.signals['y'].timing.gaps == 1
 
 
+@pytest.mark.slow
 def test_the_lead_counts_when_w_and_u_are_compared(tmp_path):
     scenario = load('exact', 'controller.predict:=true', '/**.lead:=2.0')
     run = simulate(scenario, 400.0, sampled=True, delay=2.0, on='yu')

@@ -290,6 +290,7 @@ def integrate(name, end):
     return np.concatenate(times), {signal: states[row] for signal, row in rows.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', TRUTH)
 def test_the_papers_trajectories_have_the_events_of_the_truth(name):
     t, signals = integrate(name, 800.0 if name == 'open' else 400.0)

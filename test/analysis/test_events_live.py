@@ -75,6 +75,7 @@ def test_how_a_signal_was_above(signal, limits):
     assert (detector.risen.since, detector.risen.last) == end
 
 
+@pytest.mark.slow
 @hypothesis.given(signals(), LIMITS)
 def test_without_width_and_dead_time_nothing_is_new(signal, limits):
     expected = first_detector(*signal, *limits)

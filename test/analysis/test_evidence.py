@@ -66,6 +66,7 @@ def brute_force(t, span, blind, at):
     return (edge[1] - edge[0] > blind) & (after > before)
 
 
+@pytest.mark.slow
 def test_unseen_is_what_no_two_samples_enclose():
     draw = random.Random(2)
     for _ in range(300):
@@ -256,6 +257,7 @@ def test_an_output_that_stays_up_as_its_reference_does_is_judged(loop):
     assert report(up(signals, 'y_r', 60.0, 150.0)).verdict == 'undecided'
 
 
+@pytest.mark.slow
 def test_a_loop_that_diverges_at_once_is_not_called_rejected():
     for plant, up in ([0.0], True), ([-1.0], False):
         run = simulate('linear', {'controller.gain': [-3.0, 2.0], 'plant.x0': plant})

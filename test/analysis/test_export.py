@@ -15,6 +15,7 @@ T = np.arange(5) * 0.1
 SIGNALS = {'w': np.array([0.1, 1 / 3, -0.0, 1e-308, np.nan]), 'y': np.sqrt(np.arange(5.0))}
 
 
+@pytest.mark.slow
 def test_a_parquet_file_holds_the_same_bits(tmp_path):
     parquet = pytest.importorskip('pyarrow.parquet')
     path = tmp_path / 'run.parquet'
@@ -54,6 +55,7 @@ def test_signals_with_times_of_their_own():
     np.testing.assert_array_equal(frame['u'], [1.0, np.nan, 2.0, np.nan])
 
 
+@pytest.mark.slow
 def test_a_bag_as_a_dataframe(make_bag):
     pytest.importorskip('xarray')
     analysis = analyze(make_bag(w=[110, 150, 190], y=[], u=[110]))

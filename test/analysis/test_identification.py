@@ -194,6 +194,7 @@ def test_any_rate_gaps_and_jitter(how):
         assert found.tau == pytest.approx(1 / 12, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_of_a_running_loop_only_the_longest_part_without_a_gap_is_taken():
     t, _, y, u = record(1 / 12, length=250.0, controller=(1.0, 1 / 10))
     kept = (t < 60.0) | (t > 90.0)

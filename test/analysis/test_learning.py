@@ -49,6 +49,7 @@ def test_it_names_the_generator_that_each_controller_came_to(unknown):
     assert codes(unknown) == []
 
 
+@pytest.mark.slow
 def test_it_is_in_the_json_and_in_the_table(unknown):
     found = as_json(unknown.report)['learned']
     assert list(found) == ['u/tau', 'u_2/tau']
@@ -115,6 +116,7 @@ def test_the_time_of_locking():
     assert learning.locked_at(t[:1], np.array([edge]), 0.1) == 0.0
 
 
+@pytest.mark.slow
 def test_a_bag_says_the_same_and_may_lack_it(unknown, stamped, tmp_path):
     signals = stamped({name: (unknown.t, x) for name, x in unknown.signals.items()})
     text = unknown.scenario.to_yaml()

@@ -76,6 +76,7 @@ def test_a_cut_is_noticed_although_much_was_written_since(tmp_path):
         writer.write_rows(['/w'], range(30_000), [rows])
 
 
+@pytest.mark.slow
 def test_the_memory_of_a_writer_does_not_grow_with_what_it_has_written(tmp_path):
     writer = opened(tmp_path / 'bag', 'mcap')
     tracemalloc.start()

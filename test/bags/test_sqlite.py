@@ -122,6 +122,7 @@ def overwrite(path, page, data, at=0):
         file.write(data)
 
 
+@pytest.mark.slow
 def test_a_page_of_rows_that_is_zeroed_costs_its_rows(good):
     whole = by_sql(good)
     leaves = pages_of(good, 0x0D)

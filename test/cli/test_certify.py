@@ -249,6 +249,7 @@ def test_bad_input_is_one_line_and_exit_code_2(words, refused):
     refused('certify', *words)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures('no_integration')
 @pytest.mark.usefixtures('no_integration')
 def test_every_claim_has_a_title_and_is_documented(tmp_path):

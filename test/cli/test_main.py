@@ -190,6 +190,7 @@ def test_a_full_disk_under_the_output_is_one_line():
     assert result.stderr == 'eventreg: output: no space left on device; send it elsewhere\n'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_two_signals_end_a_command_with_130_and_without_a_word(spawn, number):
     code = (

@@ -84,7 +84,8 @@ def test_no_margin_is_an_answer(tmp_path, capsys):
     assert {x['largest'] for hold in holds.values() for x in limits_of(hold).values()} == {None}
 
 
-def test_a_loop_that_bears_all_that_is_tried(capsys):
+@pytest.mark.slow
+def test_a_loop_that_tolerates_all_that_is_tried(capsys):
     # a plant that hears nothing does not spike, however late it hears it
     assert run('uncontrolled', *COARSE, '-p', 'plant.excitatory:=[]') == 0
     rows = capsys.readouterr().out.splitlines()
@@ -101,6 +102,7 @@ def test_progress_is_one_line_on_a_terminal(capsys, monkeypatch):
     assert err.split('\r')[-1] == '\x1b[K'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('words', 'says'),
     [

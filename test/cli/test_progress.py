@@ -59,6 +59,7 @@ def test_on_a_terminal_one_line_is_written_over(clock, capsys, monkeypatch):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('words', 'unit'),
     [

@@ -42,6 +42,7 @@ def test_a_picture_that_is_none_is_refused_before_any_work(refused, tmp_path):
         assert '--plot must end in' in refused(*verb, '--plot', tmp_path / 'a.doc')
 
 
+@pytest.mark.slow
 def test_what_was_not_seen_is_shaded(tmp_path, loop_signals, stamped):
     from eventreg_ros.analysis.recorded import analyze
     from eventreg_ros.plots.run_plot import COLUMN, draw_report

@@ -168,6 +168,7 @@ def test_a_short_run_imports_neither_numba_nor_ros():
     assert result.returncode == 0
 
 
+@pytest.mark.slow
 def test_blind_reaches_verdict_and_bag(tmp_path):
     assert run('exact', '--blind', 0.01, '--bag', tmp_path / 'bag') == 3
     assert run('exact', '--blind', 0.3) == 0

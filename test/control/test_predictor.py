@@ -195,6 +195,7 @@ def samples(scenario, impairment, duration, compiled):
     return SampledLoop(scenario.loop).run(duration, impairment, compiled=compiled).signals
 
 
+@pytest.mark.slow
 def test_compiled_has_the_bits_of_plain():
     pytest.importorskip('numba')
     coded = ['controller.coding:=spikes', 'plant.send_on_delta:=0.02']
@@ -206,6 +207,7 @@ def test_compiled_has_the_bits_of_plain():
             assert plain[name].tobytes() == fast[name].tobytes(), name
 
 
+@pytest.mark.slow
 def test_switched_off_and_on_again_it_starts_anew_and_is_silent_soon():
     at = ['120:controller:deactivate', '170:controller:activate']
     run = late('exact', 2.0, 300.0, at=at)
@@ -230,6 +232,7 @@ def test_what_is_set_while_it_runs_is_taken_over():
     assert not continuous['u'][(continuous.t > 20.0) & (continuous.t < 30.0)].any()
 
 
+@pytest.mark.slow
 def test_the_output_is_cut_off_and_the_replica_knows():
     run = late('exact', 1.0, 200.0, 'controller.output_limit:=1.5', 'controller.adapt:=0.01')
     assert run['u'].max() == 1.5
@@ -245,6 +248,7 @@ def test_y_that_never_comes_is_skipped_and_u_goes_on():
     np.testing.assert_allclose(alone['u'], free['u'], rtol=0.0, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_lost_stretch_of_y_is_bridged_and_a_long_one_forgotten():
     patient = late('exact', 0.0, 300.0, '/**.input_timeout:=3.0', loss=0.95, seed=1)
     hasty = late('exact', 0.0, 300.0, '/**.input_timeout:=0.02', loss=0.95, seed=1)
@@ -253,6 +257,7 @@ def test_a_lost_stretch_of_y_is_bridged_and_a_long_one_forgotten():
         assert np.isfinite(run['u']).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['mismatch', 'open'])
 def test_continuous_is_the_limit_without_delay(name):
     truth = simulate(predicting(name, 2.0), 60.0)
@@ -264,6 +269,7 @@ def test_continuous_is_the_limit_without_delay(name):
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_continuous_hears_v_through_the_replica():
     with_v = simulate(predicting('open', 0.0, *TRUE_PLANT), 200.0)
     reference = simulate(load('open', *TRUE_PLANT), 200.0)

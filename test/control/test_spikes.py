@@ -162,6 +162,7 @@ def test_silence_is_0_after_three_periods_and_an_event_brings_it_back():
     assert receiver([], H) == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('delay', [0.0, 2.0])
 @pytest.mark.parametrize('name', ['exact', 'mismatch'])
 def test_the_loop_rejects_with_two_messages_of_u_a_period(name, delay):

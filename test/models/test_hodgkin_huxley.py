@@ -89,6 +89,7 @@ def test_compiled_has_the_bits_of_plain():
         np.testing.assert_array_equal(x.view(np.int64), fast[name].view(np.int64))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('x0', STARTS, ids=['near', 'spiking', 'apart'])
 def test_with_a_gain_on_its_drive_the_controller_works_from_all_starts(x0):
     run = simulate(scenario(x0=x0), 400.0, sampled=True)
@@ -97,6 +98,7 @@ def test_with_a_gain_on_its_drive_the_controller_works_from_all_starts(x0):
     assert run['w'].max() > 90.0
 
 
+@pytest.mark.slow
 def test_without_it_there_are_starts_from_which_it_does_not():
     assert simulate(scenario(gain=1.0, x0=STARTS[2]), 400.0, sampled=True).verdict == 'not rejected'
 

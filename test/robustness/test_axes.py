@@ -101,6 +101,7 @@ def test_a_grid_runs_through_the_last_axis_first():
     assert [column.tolist() for column in design.columns(1, 5)] == [[1, 1, 2, 2], [4, 5, 3, 4]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('sampling', ['random', 'sobol'])
 def test_any_stretch_of_a_sample_is_that_of_the_whole(sampling):
     design = design_of(read(['plant.k:=0..1', 'plant.tau:=0..1'])[0], 2048, 7, sampling)

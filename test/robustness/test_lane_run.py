@@ -73,6 +73,7 @@ def using(name):
     return load('exact', {'exosystem.model': name, 'exosystem.x0': [1.0, 0.0]})
 
 
+@pytest.mark.slow
 def test_a_sweep_has_a_row_with_the_reason():
     found = sweep(using('missing'), {'controller.k': [1, 2]}, duration=60.0, settle=10.0)
     assert found.bad == 2
@@ -112,11 +113,13 @@ def test_a_loop_that_diverges_downwards_is_not_called_rejected_either():
     assert found['verdict'].tolist()[2] == 'rejected'
 
 
+@pytest.mark.slow
 def test_margins_end_with_its_name():
     with pytest.raises(ModelError, match="model 'missing' cannot be evaluated: KeyError: 7; fix"):
         margins(using('missing'))
 
 
+@pytest.mark.slow
 def test_what_numba_cannot_compile_runs_in_plain_python(monkeypatch):
     pytest.importorskip('numba')
     plain = simulate(using('sound'), 20.0, sampled=True)

@@ -77,6 +77,7 @@ def test_random_sets_give_the_same_bits_in_lanes(name, impaired):
     assert len(set(found.rows['verdict'].tolist())) > 1 or name == 'uncontrolled'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['open', 'linear'])
 def test_noise_is_the_same_in_lanes(name):
     pytest.importorskip('numba')
@@ -106,6 +107,7 @@ controller: {ros__parameters: {k: 1.5, adapt: 0.02}}
 """
 
 
+@pytest.mark.slow
 def test_several_generators_and_plants_are_judged_together():
     pytest.importorskip('numba')
     rng = np.random.default_rng(2)

@@ -39,11 +39,13 @@ def led(name, hold, setting, *overrides):
     return limit(Evaluator(scenario, hold, 200.0, setting, on, led=True), 'delay')
 
 
+@pytest.mark.slow
 def test_a_wrong_model_tolerates_0_80_with_the_lead_set_to_the_delay():
     found = led('mismatch', 'linear', Setting())
     assert (found.largest, found.fails_at, found.lead) == (0.8, 0.85, FOLLOWS)
 
 
+@pytest.mark.slow
 def test_where_nothing_fails_before_it_is_looked_for_beyond_2():
     found = led('exact', 'linear', Setting(duration=260.0))
     assert found.largest > 30.0
@@ -56,6 +58,7 @@ def test_where_nothing_fails_before_it_is_looked_for_beyond_2():
     assert judge(run, settle=300.0).verdict == 'rejected', 'and one that learns goes as far'
 
 
+@pytest.mark.slow
 def test_the_command_has_both_the_lead_that_follows_and_the_one_that_is_set(tmp_path, capsys):
     overrides = ['-p', PREDICT, '-p', '/**.lead:=0.4', '-p', 'controller.tau:=1/17']
     quick = ['--duration', '240', '--seeds', '1', '--rate', '50', '--json', tmp_path / 'm.json']

@@ -137,6 +137,7 @@ def test_the_table_is_typed(tmp_path):
     assert table['verdict'].null_count == 4
 
 
+@pytest.mark.slow
 def test_the_library_gives_the_same_table():
     more = {'duration': 250.0, 'settle': 60.0}
     parameters = {'controller.k': [0.7, 2], 'controller.tau': '0.05..0.1/3', '/**.rate': 50.0}

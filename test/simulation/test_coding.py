@@ -62,6 +62,7 @@ def test_u_sent_on_delta_rejects_with_a_tenth_of_the_messages(name, most):
     assert messages(run['y']) == 8001, 'the others send every sample'
 
 
+@pytest.mark.slow
 def test_it_can_be_too_coarse():
     assert simulate(load('open', 'controller.send_on_delta:=0.3'), 800.0, sampled=True).verdict == (
         'not rejected'

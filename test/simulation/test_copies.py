@@ -46,6 +46,7 @@ def test_on_delta_a_receiver_holds_the_last_message_that_came():
     np.testing.assert_allclose(found['y'], y, rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_of_spikes_that_are_lost_the_receiver_knows_nothing_and_the_sender_does_not_know_it():
     scenario = load('late', *SPIKES, '/**.lead:=1')
     loop = SampledLoop(scenario.loop)
@@ -65,6 +66,7 @@ def test_of_spikes_that_are_lost_the_receiver_knows_nothing_and_the_sender_does_
     assert np.abs(own[passes[0] :]).max() > 1.5, 'the sender goes on as if it were heard'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'settle'), [('exact', 300.0), ('late', 450.0)])
 def test_a_fifth_of_the_spikes_may_be_lost(name, settle):
     overrides = [*SPIKES, 'controller.predict:=true', '/**.lead:=2']

@@ -93,6 +93,7 @@ def test_the_bits_of_stepping_blocks_by_hand(name, hold, impairment):
     assert_same_bits({name: np.array(expected[name]) for name in found}, found)
 
 
+@pytest.mark.slow
 def test_compiled_has_the_bits_of_plain():
     pytest.importorskip('numba')
     # every kind of part in one network: 4, 2 and 1 states, feedthrough, no, one and more inputs

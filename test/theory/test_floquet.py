@@ -70,6 +70,7 @@ def test_an_adaptive_loop_learns_at_the_rate_that_averaging_predicts():
     assert -floquet(loop).rate == pytest.approx(learning_rate(1 / 12, 0.01), rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_teaches_is_positive_and_that_of_a_filter_in_time():
     """<x_2 sigma> by integrating sigma' = x_2' - tau sigma, instead of by Fourier series."""
     tau = 1 / 12

@@ -180,6 +180,7 @@ def test_plant_alone_at_rest_has_its_eigenvalue():
     assert found.value == pytest.approx(-1 / 22, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_reference_and_stimulus_belong_to_the_drive():
     """Perturbing the reference too would show its own rate, slower than the plant's."""
     found = scenario.load('open', ['reference.tau:=0.001'])
