@@ -15,7 +15,7 @@ from ..errors import EventregError, shown
 from ..files import reason_of
 
 DOMAIN, PEERS, RMW = 'ROS_DOMAIN_ID', 'ROS_STATIC_PEERS', 'RMW_IMPLEMENTATION'
-SECURITY = 'ROS_SECURITY_ENABLE'
+RANGE, SECURITY = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_SECURITY_ENABLE'
 
 HIGHEST = 232
 """The highest domain whose ports exist."""
@@ -82,7 +82,7 @@ def _packages(prefix: Path) -> list[Path]:
 
 
 def _check_peers(environment: Mapping[str, str]) -> None:
-    if environment.get('ROS_AUTOMATIC_DISCOVERY_RANGE') in ('OFF', 'SYSTEM_DEFAULT'):
+    if environment.get(RANGE) in ('OFF', 'SYSTEM_DEFAULT'):
         return  # nobody looks at them
     for peer in filter(None, environment.get(PEERS, '').split(';')):
         try:

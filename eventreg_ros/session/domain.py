@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 from ..errors import EventregError
+from ..nodes.environment import RANGE
 
 DOMAINS = range(1, 100)
 """Domain ids whose ports lie below Linux's ephemeral ones."""
@@ -55,7 +56,7 @@ def loopback_domain(environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
     What the environment already says stays. See :mod:`.loopback` for what this does not keep out.
     """
     with own_domain(environment) as result:
-        result.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        result.setdefault(RANGE, 'LOCALHOST')
         # Fast DDS leaves files in /dev/shm when a node is killed; UDP is as fast for our messages.
         result.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
         yield result

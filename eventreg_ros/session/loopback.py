@@ -14,10 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import EventregError, shown
-from ..nodes.environment import domain_of
+from ..nodes.environment import PEERS, RANGE, RMW, domain_of
 from .domain import room
-
-RANGE, PEERS, RMW = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'RMW_IMPLEMENTATION'
 
 PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 """Environment variables that name a file of profiles, of Fast DDS 2 and 3."""

@@ -97,7 +97,7 @@ def reaching_environment(run: Running | None) -> dict[str, str]:
 
     Raises EventregError when ROS cannot be used with it.
     """
-    found = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ}
+    found = {environment.RANGE: 'LOCALHOST', **os.environ}
     found |= run.environment if run is not None else {}
     environment.check(found)
     return found
