@@ -18,6 +18,9 @@ from threading import Lock
 from types import CodeType, FunctionType
 from typing import Any
 
+RULES = 2
+"""How functions are compiled; another number when the same functions make other machine code."""
+
 
 def directory() -> Path:
     """Return where the machine code is kept: numba's own directory if set, else the user's."""
@@ -75,6 +78,7 @@ class _Digest:
 def fingerprint(function: FunctionType) -> str:
     """Return a digest of a function, of all that it calls, and of the constants that it uses."""
     digest = _Digest()
+    digest.add(RULES)
     digest.add(function)
     return digest.text
 

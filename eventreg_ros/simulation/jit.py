@@ -11,6 +11,7 @@ from typing import Any
 from ..errors import EventregError
 from .code_cache import compile_kept
 from .kernel import Kernel, Part, make_kernel
+from .same_bits import is_foreign, pipeline
 from .step import Compile
 
 Parts = tuple[Part, ...]
@@ -37,11 +38,12 @@ class Whole:
     """Compiles a function together with the plain functions that it calls by closure or by name.
 
     numba knows none but compiled ones; so a model may call functions of its own, and be made of
-    another model's. What is no plain Python function, compiled ones say, stays as it is.
+    another model's. What is no plain Python function, compiled ones say, stays as it is. Functions
+    of other packages are compiled by ``compile_as_python``; see :mod:`.same_bits`.
     """
 
-    def __init__(self, compile: Compile) -> None:
-        self._compile = compile
+    def __init__(self, compile: Compile, compile_as_python: Compile) -> None:
+        self._compile, self._compile_as_python = compile, compile_as_python
         self._known: dict[FunctionType, Any] = {}
 
     def __call__(self, function: Any) -> Any:
@@ -52,7 +54,8 @@ class Whole:
             self._known[function] = function  # while it is on its way: it may call itself
             whole = self.with_callees(function)
             whole.__module__ = whole.__module__ or __name__  # numba's cache asks for one
-            self._known[function] = self._compile(whole)
+            compile = self._compile_as_python if is_foreign(function) else self._compile
+            self._known[function] = compile(whole)
         return self._known[function]
 
     def with_callees(self, function: FunctionType) -> FunctionType:
@@ -110,7 +113,16 @@ def compiles() -> bool:
 
 def inliner() -> Whole:
     """Return what compiles functions that other compiled ones call. Raises EventregError."""
-    return Whole(_need_njit()(**_INNER))
+    return _whole(_INNER)
+
+
+def _whole(options: dict[str, Any]) -> Whole:
+    njit = _need_njit()
+
+    def as_python(function: Any) -> Any:
+        return njit(**options, pipeline_class=pipeline())(function)
+
+    return Whole(njit(**options), as_python)
 
 
 @lru_cache(maxsize=16)
@@ -120,7 +132,7 @@ def compile_callee(function: Any) -> Any:
     It may have no closure, and call none but compiled ones and others of this kind.
     """
     quiet = {name: value for name, value in _INNER.items() if name != 'forceinline'}
-    return Whole(_need_njit()(**quiet))(function)
+    return _whole(quiet)(function)
 
 
 def compile_entry(function: Any) -> Any:
