@@ -34,7 +34,7 @@ def add_impairments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument('--seed', type=whole(0), metavar='N', help='of loss, jitter and noise (0)')
     parser.add_argument(
-        '--on', type=_names, metavar='SIGNAL,...',
+        '--on', type=signal_names, metavar='SIGNAL,...',
         help='the signals whose links are impaired (all); --sampled',
     )  # fmt: skip
 
@@ -73,7 +73,8 @@ def warn_of_rounding(delay: float | None, scenario: Scenario) -> None:
         )
 
 
-def _names(text: str) -> list[str]:
+def signal_names(text: str) -> list[str]:
+    """Return the signals that ``text`` names, for argparse."""
     names = [name for name in text.split(',') if name]
     if not names:
         raise argparse.ArgumentTypeError(f'must name signals (y,u), got {text!r}')

@@ -86,8 +86,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             return fail(f'no command {verb!r}{hint(verb, VERBS)}')
         args, unknown = build_parser(verb).parse_known_args(argv)
         if unknown:
+            listed = all(':=' in word for word in unknown)  # a shell makes words of {1,2}
+            quotes = "put a list in quotes, 'NODE.PARAM:={1,2}'; " if listed else ''
             return fail(
-                f'unrecognized arguments: {" ".join(unknown)}; see eventreg {args.verb} --help'
+                f'unrecognized arguments: {" ".join(unknown)}; '
+                f'{quotes}see eventreg {args.verb} --help'
             )
         try:
             with divided(args):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ..files import need_writable
 from .arguments import add_json, add_scenario, add_window, check_plot, positive, whole, write_json
+from .impairments import signal_names
 from .progress import Count, say_if_slow
 from .sweep_questions import border, draw, plan_of, table, worst
 
@@ -37,7 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--worst', type=whole(5), metavar='N',
         help='search the ranges with N runs for the set that comes nearest to an event',
     )  # fmt: skip
-    parser.add_argument('--on', metavar='SIGNAL,...', help='signals whose links are impaired (all)')
+    parser.add_argument(
+        '--on',
+        type=signal_names,
+        metavar='SIGNAL,...',
+        help='signals whose links are impaired (all)',
+    )
     parser.add_argument('--duration', type=positive, metavar='T', help='of a run, model time (400)')
     parser.add_argument(
         '--out', type=Path, metavar='DIR',

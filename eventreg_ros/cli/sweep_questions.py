@@ -30,10 +30,7 @@ def plan_of(args: argparse.Namespace) -> Plan:
     from .. import scenario as scenarios
     from ..robustness.plan import Plan
 
-    if args.border and (args.sets or args.worst):
-        raise EventregError('--border, --sets and --worst are three questions; ask one at a time')
-    if args.indices and not args.sets:
-        raise EventregError('--indices draws sets; say how many with --sets N, a power of 2')
+    _check_questions(args)
     sampling = 'saltelli' if args.indices else 'sobol' if args.sobol else 'random'
     asked = args.worst is not None
     return Plan.of(
@@ -42,11 +39,25 @@ def plan_of(args: argparse.Namespace) -> Plan:
         sets=1 if asked else args.sets,
         seed=args.seed,
         sampling=sampling if args.sets or asked else 'grid',
-        on=None if args.on is None else tuple(filter(None, args.on.split(','))),
+        on=None if args.on is None else tuple(args.on),
         duration=args.duration,
         settle=args.settle,
         window=args.window,
     )
+
+
+def _check_questions(args: argparse.Namespace) -> None:
+    """Raise EventregError for options that do not go together, none is passed over."""
+    other = '--border' if args.border else '--worst' if args.worst is not None else ''
+    if (args.sets is not None) + bool(args.border) + (args.worst is not None) > 1:
+        raise EventregError('--border, --sets and --worst are three questions; ask one at a time')
+    for name in ('indices', 'sobol'):
+        if getattr(args, name) and args.sets is None:
+            raise EventregError(f'--{name} draws sets; say how many with --sets N, a power of 2')
+    if other and args.engine == 'dask':
+        raise EventregError(f'{other} runs on this machine; leave out --engine dask')
+    if args.scheduler is not None and args.engine != 'dask':
+        raise EventregError(f'--scheduler {args.scheduler} is of a Dask cluster; add --engine dask')
 
 
 def table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:

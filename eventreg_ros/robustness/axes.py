@@ -102,17 +102,36 @@ def read(texts: Sequence[str]) -> tuple[list[Axis], list[str]]:
 
     Raises ParameterError.
     """
-    axes: list[Axis] = []
-    fixed = []
+    found = in_order(texts)
+    return (
+        [each for each in found if isinstance(each, Axis)],
+        [each for each in found if isinstance(each, str)],
+    )
+
+
+def in_order(texts: Sequence[str]) -> list[Axis | str]:
+    """Return what follows -p in its order: an axis, or the text of a fixed value.
+
+    Raises ParameterError for what is varied twice, or set once it is varied.
+    """
+    found: list[Axis | str] = []
     for text in texts:
         name, sign, spec = text.partition(':=')
-        if not sign or not (axis := _axis(name.strip(), spec.strip(), text)):
-            fixed.append(text)
-            continue
-        if axis.name in (other.name for other in axes):
-            raise ParameterError(f'{text}: {axis.name} is varied already; give it once')
-        axes.append(axis)
-    return axes, fixed
+        each = (sign and _axis(name.strip(), spec.strip(), text)) or text
+        for axis in found:
+            if isinstance(axis, Axis) and _sets_again(each, axis):
+                raise ParameterError(f'{text}: {axis.name} is varied already; give it once')
+        found.append(each)
+    return found
+
+
+def _sets_again(later: Axis | str, axis: Axis) -> bool:
+    """Say whether nothing of an axis is left after what is given later."""
+    if axis.of_run or (isinstance(later, Axis) and later.of_run):
+        return isinstance(later, Axis) and later.name == axis.name
+    other = later if isinstance(later, Axis) else Override.read(later)
+    all_of_it = isinstance(other, Override) or other.index in (None, axis.index)
+    return all_of_it and other.parameter == axis.parameter and other.node in (axis.node, '/**')
 
 
 def _axis(name: str, spec: str, text: str) -> Axis | None:

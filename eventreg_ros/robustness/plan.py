@@ -15,10 +15,12 @@ from ..scenario import Scenario
 from ..scenario.hint import hint
 from ..scenario.links import need_linked
 from ..scenario.parameters import parameters_of
+from ..scenario.reader import Override
 from ..simulation.impairment import Impairment
 from ..simulation.noise import SILENCE, Noise
-from .axes import LINKS, NOISE, Axis, read
+from .axes import LINKS, NOISE, Axis, in_order, read
 from .design import Design, design_of
+from .setting import nodes_of, set_value
 
 
 @dataclass(frozen=True)
@@ -61,14 +63,9 @@ class Plan:
         need_linked(loop, self.impairment.on)
         _ = self.noise
         need_span(self.subject.criteria, self.duration, settle=self.settle, until=None)
-        nodes = set(self.scenario.nodes)
         for axis in axes:
-            if not axis.of_run and axis.node != '/**' and axis.node not in nodes:
-                raise EventregError(
-                    f'{axis.name}: the scenario has no node {axis.node!r}; it has '
-                    + ', '.join(nodes)
-                )
             if not axis.of_run:
+                nodes_of(self.scenario, axis)
                 self._need_parameter(axis)
 
     def _need_parameter(self, axis: Axis) -> None:
@@ -77,13 +74,29 @@ class Plan:
         named = [node for node in self.scenario.nodes if of_all or node == axis.node]
         tables = [parameters_of(node, self.scenario.nodes[node]) for node in named]
         chosen = {a.parameter for a in self.axes if a.node in (axis.node, '/**')}
-        if 'model' in chosen or any(axis.parameter in table for table in tables):
+        if 'model' in chosen:
             return  # another model has other parameters
+        if any(axis.parameter in table for table in tables):
+            if axis.index is not None:
+                self._need_entry(axis)
+            return
         known = [name for table in tables for name in table]
         raise EventregError(
             f'{axis.name}: {axis.node} has no parameter {axis.parameter!r}'
             f'{hint(axis.parameter, known)}'
         )
+
+    def _need_entry(self, axis: Axis) -> None:
+        """Raise EventregError where an axis is of an entry that no list has."""
+        scenario = self.scenario
+        given = {node: dict(values) for node, values in scenario.given.items()}
+        set_value(scenario, given, axis, 0.0)
+
+    def fixed_after(self, axis: Axis) -> list[Override]:
+        """Return what is fixed after an axis was given: it counts, where both set the same."""
+        found = in_order(self.parameters)
+        later = found[found.index(axis) + 1 :]
+        return [Override.read(each) for each in later if isinstance(each, str)]
 
     @property
     def _fixed(self) -> list[str]:
@@ -92,12 +105,19 @@ class Plan:
     @property
     def scenario(self) -> Scenario:
         """The scenario with what is fixed."""
-        return scenarios.parse(self.text, self.name, self._fixed)
+        found = scenarios.parse(self.text, self.name, self._fixed)
+        entries = [a for a in read(self.parameters)[0] if a.fixed and not a.of_run]
+        if not entries:
+            return found
+        given = {node: dict(values) for node, values in found.given.items()}
+        for entry in entries:
+            set_value(found, given, entry, entry.values[0])
+        return Scenario.of(self.name, given)
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """What is varied; what is fixed of links and noise is not among it."""
-        return tuple(a for a in read(self.parameters)[0] if not (a.of_run and a.fixed))
+        """What is varied."""
+        return tuple(axis for axis in read(self.parameters)[0] if not axis.fixed)
 
     def _fixed_of(self, node: str) -> dict[str, float]:
         found = read(self.parameters)[0]

@@ -93,6 +93,17 @@ def test_the_worst_set(tmp_path, capsys):
         (['-p', 'controller.k:=1..2/5', '--border', 'a,b'], '--border X,Y takes'),
         (['-p', 'controller.k:=1..2/5', '--plot', 'f.txt'], '--plot must end in'),
         (['-p', 'controller.k:=1..2/5', '--on', 'z'], "no block listens to 'z'"),
+        (['-p', 'controller.k:=1..2/5', '--on', ','], 'must name signals'),
+        (['-p', 'controller.k:=1', 'controller.k:=2'], "list in quotes, 'NODE.PARAM:={1,2}'"),
+        (['-p', 'controller.k:=1..2/5', '-p', '/**.k:=2'], 'controller.k is varied already'),
+        (['-p', 'plant.k:=1..2/5', '-p', '/**.k:=1..2/3'], 'plant.k is varied already'),
+        (['-p', 'plant.k[0]:=1..2/5'], 'plant.k is no list; leave out [0]'),
+        (['-p', 'plant.x0[2]:=1..2/5'], 'plant.x0 has 2 entries'),
+        (['-p', 'plat.x0[1]:=1'], "no node 'plat'"),
+        (['-p', 'controller.k:=1..2/5', '--sobol'], '--sobol draws sets'),
+        (['-p', 'controller.k:=1..2', '--worst', '9', '--sets', '3'], 'one at a time'),
+        (['-p', 'controller.k:=1..2', '--worst', '9', '--engine', 'dask'], 'on this machine'),
+        (['-p', 'controller.k:=1..2/5', '--scheduler', 'tcp://a:1'], 'add --engine dask'),
     ],
 )
 def test_what_is_refused(refused, arguments, words):

@@ -41,6 +41,24 @@ def test_the_quick_way_gives_the_bits_of_the_slow_one(name, parameters):
     assert quick.reasons == slow.reasons == {}
 
 
+@pytest.mark.parametrize('quick', [True, False])
+def test_what_is_fixed_after_a_wildcard_counts(quick):
+    sets, columns = sets_of('exact', '/**.k:=0.3..0.6', 'controller.k:=3', count=2)
+    if not quick:
+        sets._places = None
+    rows = sets.run(columns).rows
+    for k, size in zip(columns[0], rows['residual_max_abs'], strict=True):
+        scenario = load('exact', '/**.rate:=50', f'/**.k:={k}', 'controller.k:=3')
+        run = simulate(scenario, 250.0, sampled=True)
+        assert judge(run, 60.0).residual.max_abs == size
+
+
+def test_a_fixed_entry_of_a_list_is_no_axis():
+    plan = Plan.of(load('exact'), ['plant.x0[1]:=0.3', 'plant.k:={1,2}'])
+    assert [axis.name for axis in plan.axes] == ['plant.k']
+    assert plan.scenario.nodes['plant']['x0'] == [0.0, 0.3]
+
+
 def test_a_row_is_what_simulate_says():
     sets, columns = sets_of(
         'mismatch', 'controller.k:=0.5..3', 'links.delay:=0..0.6', 'links.seed:={3,4}',
@@ -180,21 +198,44 @@ def test_a_set_as_a_scenario_is_the_same_set():
     assert again.rows[0].tobytes() == sets.run(columns).rows[1].tobytes()
 
 
+@pytest.mark.parametrize('quick', [True, False])
 @pytest.mark.parametrize(
-    ('parameter', 'words'),
+    'parameters',
     [
-        ('plant.x0[7]:=1..2/2', 'count from 0'),
-        ('links.seed:={0.5,1}', 'a whole number'),
+        ['plant.tau:={-1,1}', 'plant.k:={-2,1}', 'exosystem.tau:={-1,1}', 'links.seed:={0.5,1}'],
+        ['/**.k:={-1,1}', 'exosystem.k:={1,2}', 'links.loss:={2,0}'],
+        ['controller.tau:={-1,1}', 'links.delay:={-1,0}', 'plant.x0[1]:={0,1}'],
     ],
 )
-def test_sets_that_cannot_be(parameter, words):
-    plan = Plan.of(load('exact'), [parameter], **QUICK)
-    assert words in Sets(plan).run(plan.design.columns(0, 2)).reasons[0]
+def test_a_set_with_several_faults_has_the_reason_of_simulate(parameters, quick):
+    plan = Plan.of(load('exact'), parameters, **QUICK)
+    sets = Sets(plan)
+    if not quick:
+        sets._places = None
+    columns = plan.design.columns(0, 2)
+    values = [column[0] for column in columns]
+    with pytest.raises(EventregError) as expected:
+        load('exact', {
+            axis.name: value
+            for axis, value in zip(plan.axes, values, strict=True)
+            if not axis.of_run and axis.index is None
+        })  # fmt: skip
+    assert sets.run([column[:1] for column in columns]).reasons == {0: str(expected.value)}
 
 
-def test_a_node_that_is_not_there_is_refused_at_once():
-    with pytest.raises(EventregError, match="no node 'plnt'"):
-        Plan.of(load('exact'), ['plnt.k:=1..2/2'])
+def test_sets_that_cannot_be():
+    plan = Plan.of(load('exact'), ['links.seed:={0.5,1}'], **QUICK)
+    reasons = Sets(plan).run(plan.design.columns(0, 2)).reasons
+    assert reasons == {0: 'links.seed must be a whole number, got 0.5'}
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'words'),
+    [('plnt.k:=1..2/2', "no node 'plnt'"), ('plant.x0[7]:=1..2/2', 'count from 0')],
+)
+def test_what_is_not_there_is_refused_at_once(parameter, words):
+    with pytest.raises(EventregError, match=words):
+        Plan.of(load('exact'), [parameter])
 
 
 def test_the_border_of_the_fixed_controller_is_where_it_was_computed_apart():
