@@ -23,7 +23,7 @@ MAY_IMPORT = {
     'scenario': 'runtime control simulation models errors',
     'bags': 'runtime models errors',
     'analysis': 'bags scenario control simulation models errors',
-    'robustness': 'analysis scenario simulation models errors',
+    'robustness': 'theory analysis scenario simulation models errors',
     'plots': 'bags.finding robustness analysis scenario simulation models errors',
     'paper': 'api plots robustness analysis scenario control simulation models errors',
     'nodes': 'runtime control simulation scenario models errors analysis.events analysis.live '

@@ -32,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         '--border', metavar='X,Y',
-        help='only the border between rejected and not over two ranges, X and Y of the -p',
+        help='only the border between rejected and not over two ranges, X and Y of the -p; '
+        'followed as a periodic orbit where it is one',
     )  # fmt: skip
     parser.add_argument(
         '--worst', type=whole(5), metavar='N',

@@ -124,11 +124,12 @@ def draw_border(
     curves: Sequence[Array],
     points: Mapping[bool, Sequence[tuple[float, float]]],
     title: str,
+    followed: Sequence[Array] = (),
 ) -> Any:
     """Return a matplotlib figure of a border and of the sets that were run to find it.
 
-    ``curves`` have shape (n, 2), in the units of the axes ``names``; ``points`` are by whether they
-    were rejected.
+    ``curves`` on the grid, and the pieces ``followed`` as an orbit, have shape (n, 2), in the units
+    of the axes ``names``; ``points`` are by whether they were rejected.
     """
     from matplotlib.figure import Figure
 
@@ -140,11 +141,17 @@ def draw_border(
                 x, y = np.array(points[rejected]).T
                 axis.plot(x, y, '.', color=colour, markersize=2.5, markeredgewidth=0.0, label=word,
                           rasterized=len(x) > FINE)  # fmt: skip
-        for curve in curves:
-            axis.plot(*curve.T, color=BLACK, linewidth=1.2)
+        both = bool(curves and followed)
+        for some, colour, word in (
+            (curves, GREY if followed else BLACK, 'on the grid'),
+            (followed, BLACK, 'as an orbit'),
+        ):
+            for i, curve in enumerate(some):
+                axis.plot(*curve.T, color=colour, linewidth=1.2,
+                          label=word if both and not i else None)  # fmt: skip
         axis.set_xlabel(names[0])
         axis.set_ylabel(names[1])
         axis.set_title(title, loc='left', color=BLACK)
         if any(points.values()):
-            figure.legend(loc='outside upper right', ncols=2, labelcolor=BLACK)
+            figure.legend(loc='outside upper right', ncols=4 if both else 2, labelcolor=BLACK)
     return figure

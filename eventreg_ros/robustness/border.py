@@ -9,16 +9,18 @@ none of its points can be missed.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..analysis.rejection import REJECTED, UNDECIDED
 from ..errors import EventregError
+from .outcome import VERDICTS
 from .plan import Plan
 from .sets import Sets
 from .sweep import Progress, pool_here
@@ -74,23 +76,31 @@ def _halved(a: int, b: int) -> list[int]:
 class Border:
     """The border over the axes ``names`` (x, y), found with ``runs`` of ``grid`` runs.
 
-    ``curves`` are its pieces, each of shape (n, 2), in the units of the axes, half a step of the
-    grid between points that differ. ``known`` maps the places in the grid that were run to whether
-    they were rejected; ``x`` and ``y`` are the values of the grid.
+    ``places`` are its pieces, each of shape (n, 2), in steps of the grid, half a step from points
+    that differ. ``known`` maps the places in the grid that were run to whether they were rejected;
+    ``x`` and ``y`` are the values of the grid. Of the sets that count as not rejected ``undecided``
+    were so, and ``bad`` have no verdict: they were refused or diverged.
     """
 
     names: tuple[str, str]
     x: tuple[float, ...]
     y: tuple[float, ...]
     known: dict[Point, bool]
-    curves: list[Curve]
+    places: list[Curve]
+    undecided: int = 0
+    bad: int = 0
+
+    @property
+    def curves(self) -> list[Curve]:
+        """The pieces in the units of the axes."""
+        return [_placed(places, self.x, self.y) for places in self.places]
 
     @property
     def turned(self) -> Border:
         """The same with x for y."""
         known = {(j, i): rejected for (i, j), rejected in self.known.items()}
-        curves = [curve[:, ::-1] for curve in self.curves]
-        return Border(self.names[::-1], self.y, self.x, known, curves)
+        places = [each[:, ::-1] for each in self.places]
+        return replace(self, names=self.names[::-1], x=self.y, y=self.x, known=known, places=places)
 
     @property
     def points(self) -> dict[bool, list[tuple[float, float]]]:
@@ -128,7 +138,7 @@ def find_border(
             f'--border X,Y takes the two ranges A..B/N that are given and no other; got '
             f'{",".join(names)} and the ranges {", ".join(axis.name for axis in axes) or "none"}'
         )
-    sets, known = Sets(plan), dict[Point, bool]()
+    sets, known, words = Sets(plan), dict[Point, bool](), Counter[str]()
     with pool_here() as pool:
 
         def evaluate(points: Sequence[Point]) -> Sequence[bool]:
@@ -136,13 +146,16 @@ def find_border(
             columns = [axis.nth(at) for axis, at in zip(axes, places, strict=True)]
             rows = sets.run(columns, pool).rows
             progress(len(known) + len(points), 0)
-            return [verdict == 1 for verdict in rows['verdict'].tolist()]
+            found = [VERDICTS[verdict] for verdict in rows['verdict'].tolist()]
+            words.update(found)
+            return [verdict == REJECTED for verdict in found]
 
         shape = len(axes[0].values), len(axes[1].values)
         cells = refine(evaluate, shape, known)
     x, y = (tuple(map(float, axis.values)) for axis in axes)
-    curves = [_placed(curve, x, y) for curve in joined(cells, known)]
-    border = Border((axes[0].name, axes[1].name), x, y, known, curves)
+    places = [np.array(curve) for curve in joined(cells, known)]
+    counts = words[UNDECIDED], words['']
+    border = Border((axes[0].name, axes[1].name), x, y, known, places, *counts)
     return border if names[0] == axes[0].name else border.turned
 
 
@@ -193,8 +206,7 @@ def joined(cells: Sequence[Cell], known: dict[Point, bool]) -> list[list[tuple[f
     return curves
 
 
-def _placed(curve: Sequence[tuple[float, float]], x: Sequence[float], y: Sequence[float]) -> Curve:
-    places = np.array(curve)
+def _placed(places: Curve, x: Sequence[float], y: Sequence[float]) -> Curve:
     return np.column_stack(
         [np.interp(places[:, i], np.arange(len(values)), values) for i, values in enumerate((x, y))]
     )

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .border import Border
+from .followed import Followed
 from .plan import Plan
 from .sweep import Sweep
 from .worst import Worst
@@ -38,19 +39,49 @@ def sweep_words(sweep: Sweep, share: Yield | None, found: Sequence[Index]) -> st
     return '\n'.join(lines)
 
 
-def border_words(plan: Plan, border: Border) -> str:
-    """Return what came of the search for a border."""
+def border_words(plan: Plan, border: Border, followed: Followed) -> str:
+    """Return what came of the search for a border, and of following it."""
     share = border.runs / border.grid
-    length = sum(len(curve) for curve in border.curves)
+    length = sum(len(curve) for curve in border.places)
     found = (
-        f'{len(border.curves)} curve{"s" if len(border.curves) != 1 else ""} of {length} points'
-        if border.curves
+        f'{_pieces(len(border.places))} of {length} points'
+        if border.places
         else 'no border: the verdict is the same all over the coarse grid'
     )
-    return (
-        f'{plan.name}: border between rejected and not over {" and ".join(border.names)}\n'
-        f'{found}; {border.runs} runs, {100.0 * share:.1f} % of a grid of {border.grid}'
-    )
+    lines = [
+        f'{plan.name}: border between rejected and not over {" and ".join(border.names)}',
+        f'{found}; {border.runs} runs, {100.0 * share:.1f} % of a grid of {border.grid}',
+    ]
+    if border.undecided or border.bad:
+        lines.append(
+            f'{border.undecided} of the runs undecided and {border.bad} without a verdict: '
+            f'they count as not rejected'
+        )
+    if border.places:
+        lines += _followed_words(border, followed, plan.subject.criteria.threshold)
+    return '\n'.join(lines)
+
+
+def _followed_words(border: Border, followed: Followed, threshold: float) -> list[str]:
+    if not followed.pieces:
+        return [f'not followed as a periodic orbit: {followed.reason}']
+    lines = [
+        f'followed as the orbit whose largest y is {threshold:g}: {_pieces(len(followed.pieces))} '
+        f'of {followed.points} points, at most {followed.apart:.2g} steps of the grid from its '
+        f'border; two runs differ within {followed.within:.2g} of a step on either side of each'
+    ]
+    if followed.missed or followed.dropped:
+        whole = sum(len(places) for places in border.places)
+        lines.append(
+            f"not everywhere: {followed.missed} of {whole} points of the grid's border have no "
+            f'such curve nearby, and {followed.dropped} points of it were dropped: '
+            f'{followed.reason}'
+        )
+    return lines
+
+
+def _pieces(count: int) -> str:
+    return f'{count} curve{"s" if count != 1 else ""}'
 
 
 def worst_words(plan: Plan, worst: Worst) -> str:

@@ -63,7 +63,35 @@ def test_a_border(tmp_path, capsys):
     assert found['runs'] < found['grid'] == 1600
     assert found['curves']
     assert (out / 'border.csv').read_text().startswith('curve,exosystem.tau,controller.k\n')
-    assert f'{found["runs"]} runs' in capsys.readouterr().out
+    words = capsys.readouterr().out
+    assert f'{found["runs"]} runs' in words
+    assert found['undecided'] > found['bad'] == 0  # a slow generator has fewer than three events
+    assert f'{found["undecided"]} of the runs undecided and 0 without a verdict' in words
+    orbit = found['orbit']
+    lines = (out / 'border_orbit.csv').read_text().splitlines()
+    assert lines[0] == 'curve,exosystem.tau,controller.k,off,within'
+    assert len(lines) == 1 + sum(map(len, orbit['curves'])) == 1 + orbit['points'] > 10
+    assert orbit['curves'][0][0] == list(map(float, lines[1].split(',')[1:3]))
+    assert orbit['apart'] < 0.75
+    assert f'followed as the orbit whose largest y is 1: {len(orbit["curves"])} curves of ' in words
+
+
+@pytest.mark.slow
+def test_a_border_that_is_no_orbit(tmp_path, capsys):
+    out, file = tmp_path / 'b', tmp_path / 'f.json'
+    ranges = ('-p', 'links.delay:=0..0.8/9', '-p', 'controller.k:=0.5..2/9')
+    code = main(
+        ['sweep', 'exact', *ranges, *QUICK, '--border', 'links.delay,controller.k',
+         '--out', str(out), '--json', str(file), '--plot', str(tmp_path / 'f.svg')]
+    )  # fmt: skip
+    assert code == 0
+    words = capsys.readouterr().out
+    assert 'not followed as a periodic orbit: links.delay is not in the equations' in words
+    assert (out / 'border_orbit.csv').read_text() == 'curve,links.delay,controller.k,off,within\n'
+    found = json.loads(file.read_text())
+    assert found['curves']
+    assert found['orbit']['curves'] == []
+    assert found['orbit']['reason'] == 'links.delay is not in the equations'
 
 
 @pytest.mark.slow

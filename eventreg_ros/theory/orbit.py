@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The periodic orbit with which the sampled loop answers a periodic w, and the peak of an output.
+
+No whole number of steps h fits into the period T of w, so the sampled loop itself repeats nothing.
+It is taken at the step T / N nearest to h instead: there its map over N steps has a fixed point,
+
+    P(z; h) = z,    w(0) = middle of its swing,    unknown: z and h,
+
+found by Newton's method, with w on its limit cycle and everything else on its answer. z holds all
+states and the samples that the hold still needs. What the step changes, h^2 for the linear hold and
+h for the zero one, is thereby kept, to a part h / T of it. P is the simulation's own step
+(:mod:`..simulation.lane_flow`); its derivative is taken by central differences side by side, 1e-9
+of its size off, which slows Newton's method down by nothing and shifts no solution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import EventregError
+from ..simulation.lane_flow import LaneFlow
+from ..simulation.loop import Loop
+from ..simulation.trajectory import Array
+
+NEWTON = 8
+"""Newton steps at most; from one point of a curve to the next it takes two."""
+
+BUDGET = 60_000_000
+"""Steps of the loop, over all that go side by side, that may be spent: some seconds."""
+
+CLOSED = 1e-9
+"""What one period may change of an orbit, relative to its size."""
+
+SHIFT = 1e-6
+"""By how much states are shifted for the derivative, relative to their size, and h to itself."""
+
+SHIFT_OF_POINT = 1e-4
+"""By how much the point is shifted."""
+
+NEUTRAL = 1e-4
+"""A multiplier less than this below 1 is not taken to attract."""
+
+ENOUGH = 0.6
+"""Steps by which a period may differ from the whole number that is taken for it."""
+
+AROUND = np.arange(-2, 3)
+"""The samples about the highest one through which the peak is laid."""
+
+ParamsAt = Callable[[Array], Sequence[Array]]
+"""Takes points, shape (n, m); returns the parameters of each block, shape (n, count)."""
+
+
+class OrbitError(EventregError):
+    """There is no orbit of the kind that is looked for."""
+
+
+class _Around(NamedTuple):
+    """The map about a state: where it goes, its derivatives, and the same of the peak."""
+
+    end: Array
+    by_z: Array
+    by_h: Array
+    by_point: Array
+    peak: float
+    low: float
+    peak_by_z: Array
+    peak_by_h: float
+    peak_by_point: Array
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic orbit at a ``point``, shape (m,): a state ``z`` on it, ``steps`` of ``h`` long.
+
+    ``peak`` and ``low`` are the largest and the smallest value of the output, ``slope`` the
+    gradient of the peak by the point, shape (m,). ``multipliers`` are Floquet's, largest first,
+    those of w without the one along its cycle.
+    """
+
+    point: Array
+    z: Array
+    h: float
+    steps: int
+    peak: float
+    low: float
+    slope: Array
+    multipliers: tuple[complex, ...]
+    by_point: Array
+    """How z and, last, h change with the point, shape (size + 1, m)."""
+
+    @property
+    def period(self) -> float:
+        """Model time after which it repeats itself."""
+        return self.h * self.steps
+
+    @property
+    def attracts(self) -> bool:
+        """Whether all that starts near it ends on it."""
+        return abs(self.multipliers[0]) < 1.0 - NEUTRAL
+
+
+class Orbits:
+    """The orbits of a sampled loop with one ``exosystem`` (a block's name), no stimulus, no delay.
+
+    ``output`` is the signal whose peak is asked for. ``params`` gives the parameters of all blocks
+    at a point; nothing else changes with it.
+    """
+
+    def __init__(self, loop: Loop, exosystem: str, output: str, params: ParamsAt) -> None:
+        time_scale, rate = loop.grid
+        self._h, self._params = time_scale / rate, params
+        w = loop.blocks[exosystem].output
+        self._flow = LaneFlow(loop, [w, output])
+        self._w = self._flow.sample_of(w)
+        self._of_w = self._flow.places_of(exosystem)
+        self._others = [i for i in range(self._flow.size) if i not in set(self._of_w)]
+        self._left = BUDGET
+
+    def settled(self, point: Array, time: float) -> Orbit:
+        """Return the orbit at ``point`` that the loop has reached after ``time`` (model time).
+
+        Raises OrbitError.
+        """
+        params, start = self._params(point[None]), self._flow.start[None]
+        steps = round(time / self._h)
+        w = self._flow.take(start, params, self._h, steps).samples[0, 0]
+        first, period = _last_rise(w[steps // 2 :])
+        near = self._flow.take(start, params, self._h, steps // 2 + first).ends[0]
+        return self._newton(point, near, self._h, period * self._h)
+
+    def at(self, point: Array, near: Orbit) -> Orbit:
+        """Return the orbit at ``point`` into which ``near`` turns. Raises OrbitError."""
+        change = near.by_point @ (point - near.point)
+        h = near.h + float(change[-1])
+        return self._newton(point, near.z + change[:-1], h, near.steps * h)
+
+    def _newton(self, point: Array, z: Array, h: float, period: float) -> Orbit:
+        if not 4.0 * self._h < period < np.inf:
+            raise OrbitError('w has no period of more than a few steps')
+        steps = round(period / self._h)
+        h, middle = period / steps, z[self._w]
+        for _ in range(NEWTON):
+            with np.errstate(all='ignore'):
+                found = self._around(point, z, h, steps)
+            gap = np.append(found.end - z, 0.0)
+            system = np.zeros((len(z) + 1, len(z) + 1))
+            system[:-1, :-1] = found.by_z - np.eye(len(z))
+            system[:-1, -1] = found.by_h
+            system[-1, self._w] = 1.0
+            gap[-1] = z[self._w] - middle
+            size = float(np.abs(gap).max()) / (1.0 + float(np.abs(z).max()))
+            if not np.isfinite(system).all() or not size < 1.0:
+                break
+            try:
+                moved = np.linalg.solve(
+                    system, -np.column_stack([gap, np.vstack([found.by_point, 0.0 * point])])
+                )
+            except np.linalg.LinAlgError:
+                break
+            if size < CLOSED and abs(steps * h / self._h - steps) > ENOUGH:
+                return self._newton(point, z, h, steps * h)
+            if size < CLOSED:
+                return self._orbit(point, z, h, steps, found, moved[:, 1:])
+            z, h = z + moved[:-1, 0], h + float(moved[-1, 0])
+        raise OrbitError('no orbit with the period of w is found')
+
+    def _orbit(
+        self, point: Array, z: Array, h: float, steps: int, found: _Around, by_point: Array
+    ) -> Orbit:
+        slope = found.peak_by_point + found.peak_by_z @ by_point[:-1]
+        slope = slope + found.peak_by_h * by_point[-1]
+        of_w = np.linalg.eigvals(found.by_z[np.ix_(self._of_w, self._of_w)])
+        of_w = np.delete(of_w, np.argmin(np.abs(of_w - 1.0)))
+        if not np.abs(of_w).max(initial=0.0) < 1.0 - NEUTRAL:
+            raise OrbitError('w runs on no limit cycle: its size depends on where it starts')
+        others = np.linalg.eigvals(found.by_z[np.ix_(self._others, self._others)])
+        every = sorted(map(complex, np.concatenate([of_w, others])), key=abs, reverse=True)
+        return Orbit(point, z, h, steps, found.peak, found.low, slope, tuple(every), by_point)
+
+    def _around(self, point: Array, z: Array, h: float, steps: int) -> _Around:
+        """Return the map about ``z``: all shifted states, then all shifted points."""
+        size, m = len(z), len(point)
+        shifts = SHIFT * np.maximum(1.0, np.abs(z))
+        by_state = np.vstack([np.diag(shifts), -np.diag(shifts)])
+        states = np.vstack([z, z + by_state, np.tile(z, (2 * m, 1))])
+        both = SHIFT_OF_POINT * np.vstack([np.eye(m), -np.eye(m)])
+        table = self._params(np.vstack([point, point + both]))
+        lanes = [0] * (1 + 2 * size) + list(range(1, 1 + 2 * m))
+        self._left -= steps * (len(lanes) + 2)
+        if self._left < 0:
+            raise OrbitError('it takes too many steps; give smaller ranges, or fewer values')
+        params = [each[lanes] for each in table]
+        ends, samples = self._flow.take(states, params, h, steps)
+        y = samples[:, 1, :steps]
+        peak, place, weights = _peak(y[0])
+        base = [each[:1] for each in table]
+        by_h = [self._flow.take(z[None], base, h + s, steps) for s in (SHIFT * h, -SHIFT * h)]
+        peaks = y[:, place] @ weights
+        peaks_by_h = [float(each.samples[0, 1, place] @ weights) for each in by_h]
+        width, width_h = 2.0 * shifts, 2.0 * SHIFT * h
+        cut = 1 + 2 * size
+        return _Around(
+            ends[0],
+            ((ends[1 : 1 + size] - ends[1 + size : cut]) / width[:, None]).T,
+            (by_h[0].ends[0] - by_h[1].ends[0]) / width_h,
+            ((ends[cut : cut + m] - ends[cut + m :]) / (2.0 * SHIFT_OF_POINT)).T,
+            peak,
+            float(y[0].min()),
+            (peaks[1 : 1 + size] - peaks[1 + size : cut]) / width,
+            (peaks_by_h[0] - peaks_by_h[1]) / width_h,
+            (peaks[cut : cut + m] - peaks[cut + m :]) / (2.0 * SHIFT_OF_POINT),
+        )
+
+
+def _last_rise(w: Array) -> tuple[int, float]:
+    """Return the number of the last sample before w rises through its middle, and its period.
+
+    The period is in steps. Raises OrbitError where w does not repeat itself.
+    """
+    low, high = float(w.min()), float(w.max())
+    middle = 0.5 * (low + high)
+    if not high - low > 1e-6 * max(1.0, abs(middle)):
+        raise OrbitError('w is at rest')
+    before = np.flatnonzero((w[:-1] < middle) & (w[1:] >= middle))
+    times = before + (middle - w[before]) / (w[before + 1] - w[before])
+    for rises in range(1, (len(times) - 1) // 2 + 1):
+        last, one_earlier = times[-1] - times[-1 - rises], times[-1 - rises] - times[-1 - 2 * rises]
+        if abs(last - one_earlier) < 1e-3 * last:
+            return int(before[-1]), float(last)
+    raise OrbitError('w is not periodic')
+
+
+def _peak(y: Array) -> tuple[float, npt.NDArray[np.intp], Array]:
+    """Return the peak of one period of y, and the places and weights of the samples that make it.
+
+    It is that of the polynomial through five samples.
+    """
+    if not np.isfinite(y).all():
+        raise OrbitError('the loop diverges')
+    place = (int(np.argmax(y)) + AROUND) % len(y)
+    monomials = np.linalg.inv(np.vander(AROUND.astype(float), increasing=True))
+    c = monomials @ y[place]
+    turns = np.polynomial.polynomial.polyroots([i * c[i] for i in range(1, 5)])
+    real = turns.real[(np.abs(turns.imag) < 1e-9) & (np.abs(turns.real) <= 1.0)]
+    at = max([0.0, *real.tolist()], key=lambda t: float(np.polynomial.polynomial.polyval(t, c)))
+    weights = at ** np.arange(5) @ monomials
+    return float(weights @ y[place]), place, weights

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The followed border, against bisected simulations and against the continuous system."""
+
+import numpy as np
+import pytest
+
+from eventreg_ros import load
+from eventreg_ros.robustness import border_orbit
+from eventreg_ros.robustness.border import find_border
+from eventreg_ros.robustness.border_orbit import follow
+from eventreg_ros.robustness.followed import orbit_csv, orbit_curves
+from eventreg_ros.robustness.orbit_rules import Line
+from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.sets import Sets
+from eventreg_ros.robustness.sweep_words import border_words
+from eventreg_ros.simulation.continuous import simulate
+
+pytest.importorskip('numba')
+
+TAU, K = 'exosystem.tau:=1/20..1/6/41', 'controller.k:=0.7..1/13'
+BORDERS = {0.7: (9.25, 13.25), 1.0: (6.75, 15.0)}
+"""The border in 1 / tau by k on steps of 0.25; beyond them the loop is not rejected."""
+
+
+def found(*parameters, names=('exosystem.tau', 'controller.k'), scenario='exact', **more):
+    plan = Plan.of(load(scenario), [TAU, K, *parameters], **{'duration': 600.0, **more})
+    border = find_border(plan, names)
+    return plan, border, follow(plan, border)
+
+
+def ends(border, followed):
+    """Return tau and ``off`` where the curve reaches k = 0.7 and 1, by k, in order."""
+    reached = {0.7: [], 1.0: []}
+    for curve, piece in zip(orbit_curves(border, followed), followed.pieces, strict=True):
+        for i in (0, -1):
+            reached[round(curve[i, 1], 9)].append((curve[i, 0], piece.off[i]))
+    return {k: sorted(each, reverse=True) for k, each in reached.items()}
+
+
+def bisected(tau, k, hold, width):
+    """Return where runs have their border about ``tau``, to a part in a million of ``width``."""
+    plan = Plan.of(
+        load('exact'), ['exosystem.tau:=0.01..1/9', f'controller.k:={k}', f'/**.hold:={hold}'],
+        duration=600.0,
+    )  # fmt: skip
+    sets, low, high = Sets(plan), tau - width, tau + width
+    for _ in range(3):
+        values = np.linspace(low, high, 97)
+        rejected = sets.run([values]).rows['verdict'] == 1
+        changes = np.flatnonzero(rejected[1:] != rejected[:-1])
+        assert len(changes) == 1
+        low, high = values[changes[0]], values[changes[0] + 1]
+    return 0.5 * (low + high)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('hold', ['linear', 'zero'])
+def test_the_curve_is_where_simulations_have_their_border(hold):
+    """Nothing but how near a sample comes to the peak lies between, and ``off`` measures it."""
+    _, border, followed = found(f'/**.hold:={hold}')
+    assert (followed.missed, followed.dropped, followed.reason) == (0, 0, '')
+    step = (1 / 6 - 1 / 20) / 40
+    for k, (low, high) in BORDERS.items():
+        pairs = ends(border, followed)[k]
+        assert len(pairs) == 2
+        for (tau, off), quarter, outwards in zip(pairs, (low, high), (-0.25, 0.25), strict=True):
+            exact = bisected(tau, k, hold, 0.02 * step)
+            assert abs(exact - tau) < 3.0 * abs(off) * step + 1e-9
+            assert abs(exact - tau) < 1e-3 * step
+            if hold == 'linear':
+                assert sorted((quarter, 1 / tau, quarter + outwards))[1] == 1 / tau
+
+
+def peak(tau, k):
+    """Return the largest y of the continuous loop once it has settled."""
+    loop = load('exact', {'exosystem.tau': tau, 'controller.k': k}).loop
+    y = simulate(loop, 200.0, 0.01).signals['y'][15_000:]
+    top = int(np.argmax(y))
+    a, b, c = y[top - 1 : top + 2]
+    return b + (c - a) ** 2 / (8 * (2 * b - a - c))
+
+
+@pytest.mark.slow
+def test_with_the_step_it_goes_to_the_border_of_the_continuous_loop():
+    """Of second order for the linear hold; the rest is what Richardson's rule leaves."""
+    at_rate = {}
+    for rate in (200, 400):
+        _, border, followed = found(f'/**.rate:={rate}')
+        at_rate[rate] = ends(border, followed)[1.0][0][0]
+    a, b = at_rate[200], at_rate[400]
+    limit = (4 * b - a) / 3
+    below, above = limit - 1e-5, limit + 1e-5
+    y = peak(below, 1.0), peak(above, 1.0)
+    exact = below + (1.0 - y[0]) / (y[1] - y[0]) * 2e-5
+    assert abs(a - exact) > 1e-4
+    assert abs(limit - exact) < 0.01 * abs(a - exact)
+
+
+@pytest.mark.slow
+def test_turning_the_axes_turns_the_curve():
+    plan, border, followed = found()
+    turned = follow(plan, border.turned)
+    assert turned.points == followed.points > 20
+    for one, other in zip(followed.pieces, turned.pieces, strict=True):
+        assert np.array_equal(one.places, other.places[:, ::-1])
+    assert max(followed.apart, turned.apart) < 0.75
+    text = orbit_csv(border.turned, turned).splitlines()
+    assert text[0] == 'curve,controller.k,exosystem.tau,off,within'
+    assert len(text) == 1 + turned.points
+    words = border_words(plan, border, followed)
+    assert f'2 curves of {followed.points} points' in words
+    assert 'undecided' not in words
+
+
+@pytest.mark.slow
+def test_what_runs_do_not_confirm_is_not_given_out(monkeypatch):
+    """A follower that takes the peak for something else follows a curve, and runs refute it."""
+    true = border_orbit.OnBorder
+    monkeypatch.setattr(border_orbit, 'OnBorder', lambda orbit, value: true(orbit, value + 0.4))
+    plan, border, followed = found()
+    assert followed.pieces == []
+    assert followed.dropped > 10
+    assert followed.missed == sum(map(len, border.places))
+    assert 'runs on both sides of it do not differ' in border_words(plan, border, followed)
+
+
+@pytest.mark.slow
+def test_an_orbit_that_does_not_attract_is_not_followed(monkeypatch):
+    monkeypatch.setattr(border_orbit.Orbit, 'attracts', property(lambda orbit: False))
+    plan, border, followed = found()
+    assert (followed.points, followed.reason) == (0, 'the orbit does not attract')
+    assert 'not followed as a periodic orbit: the orbit' in border_words(plan, border, followed)
+
+
+@pytest.mark.parametrize(
+    ('scenario', 'parameters', 'words'),
+    [
+        ('exact', ['plant.k:=1..2/5', 'links.delay:=0..1/5'], 'links.delay is not in the eq'),
+        ('exact', ['plant.k:=1..2/5', 'plant.tau:=1..2/5', 'links.delay:=0.1'], 'impaired'),
+        ('exact', ['plant.k:=1..2/5', 'plant.tau:=1..2/5', 'noise.y:=0.1'], 'noise'),
+        ('exact', ['plant.k:=1..2/5', 'plant.x0[0]:=1..2/5'], 'plant.x0[0] is no parameter'),
+        ('exact', ['plant.k:=1..2/5', '/**.rate:=50..60/5'], '/**.rate is no parameter'),
+        ('exact', ['plant.k:=1..2/5', 'plant.tau:={1,2,4,5}'], 'plant.tau are in uneven'),
+        ('exact', ['plant.k:=1..2/5', 'plant.tau:=1..2/5', 'spike_monitor.min_width:=1'], 'min_'),
+        ('open', ['plant.k:=1..2/5', 'plant.tau:=1..2/5'], 'an open input, v, drives it'),
+        ('quiescent', ['plant.k:=1..2/5', 'plant.tau:=1..2/5'], 'there are 0 exosystems'),
+        ('two_generators', ['plant.k:=1..2/5', 'plant.tau:=1..2/5'], 'there are 2 exosystems'),
+        ('late', ['plant.k:=1..2/5', 'plant.tau:=1..2/5'], 'learns, predicts'),
+    ],
+)
+def test_where_it_is_not_sound_it_says_why(scenario, parameters, words):
+    assert words in border_orbit.unsound(Plan.of(load(scenario), parameters))
+
+
+def test_where_there_is_no_numba(monkeypatch):
+    monkeypatch.setattr('eventreg_ros.robustness.orbit_rules.compiles', lambda: False)
+    plan = Plan.of(load('exact'), ['plant.k:=1..2/5', 'plant.tau:=1..2/5'])
+    assert 'numba' in border_orbit.unsound(plan)
+
+
+@pytest.mark.slow
+def test_numbers_of_another_kind_of_neuron():
+    """Its parameters go through a function; those that others are computed from are refused."""
+    pair = ['exosystem.k:=0.1..3/9', 'controller.k:=0.02..1/9']
+    plan = Plan.of(load('morris_lecar'), pair)
+    sets = Sets(plan)
+    numbers = border_orbit.Numbers(sets, [Line(axis.values) for axis in plan.axes])
+    given = numbers(np.array([[2.0, 8.0], [8.0, 2.5]]))
+    specs = sets.scenario([0.825, 1.0]).loop.blocks.values()
+    for of_block, spec in zip(given, specs, strict=True):
+        np.testing.assert_allclose(of_block[0], tuple(spec.params), rtol=1e-15)
+    plan = Plan.of(load('morris_lecar'), ['plant.current:=60..70/9', 'controller.k:=0.02..1/9'])
+    with pytest.raises(border_orbit.EventregError, match='others are computed from'):
+        border_orbit.Numbers(Sets(plan), [Line(axis.values) for axis in plan.axes])
+
+
+@pytest.mark.slow
+def test_undecided_runs_are_counted():
+    """A generator that is too slow for three events within the run has no verdict."""
+    ranges = ['exosystem.tau:=0.005..0.2/40', 'controller.k:=0.3..2/40', '/**.rate:=50']
+    plan = Plan.of(load('exact'), ranges, duration=250.0)
+    border = find_border(plan, ['exosystem.tau', 'controller.k'])
+    places = np.array(list(border.known)).T
+    columns = [axis.nth(at) for axis, at in zip(plan.axes, places, strict=True)]
+    verdicts = Sets(plan).run(columns).rows['verdict']
+    assert border.undecided == (verdicts == 3).sum() > 0
+    assert border.bad == (verdicts == 0).sum() == 0
+    words = border_words(plan, border, border_orbit.Followed([], reason='R'))
+    assert f'{border.undecided} of the runs undecided and 0 without a verdict' in words
