@@ -61,12 +61,12 @@ class Rules(NamedTuple):
 
 
 def take(
-    seen: Seen, rules: Rules, out: Array, flat: Array, residual: Array, stack: Array,
+    seen: Seen, rules: Rules, out: Array, residual: Array, stack: Array,
     work: Array, ring: Array, motion: Any,
 ) -> None:  # fmt: skip
     """Take blocks of lanes through all steps, a chunk at a time, and watch what they do.
 
-    ``out`` is room for a chunk of samples, ``flat`` the same without a shape, ``residual`` (plants,
+    ``out`` is room for a chunk of samples, ``residual`` (plants,
     samples that count, LANES) for the residuals of a block, ``stack`` for partial sums; the rest is
     as ``advance`` takes it.
     """
@@ -76,7 +76,7 @@ def take(
         _copy(seen.first[b], out[0])
         while last < steps:
             first, last = last, min(last + len(out) - 1, steps)
-            advance(first, last, flat, work[b], ring[b], *motion)  # type: ignore[name-defined] # noqa: F821
+            advance(first, last, out, work[b], ring[b], *motion)  # type: ignore[name-defined] # noqa: F821
             for j in range(seen.level.shape[1]):
                 watch(
                     out, last - first, j, rules.t[first : last + 1], rules.threshold, rules.reset,
@@ -116,26 +116,28 @@ def watch(
     signal must reach for an event: ``threshold``, or infinity until it has been at ``reset``.
     ``wide`` is set to 1 where a spike is seen to last more than :data:`WIDE` steps.
     """
-    room, lanes = times.shape
+    room = len(times)
     for r in range(1, rows + 1):
         found = 0
-        for a in range(lanes):
-            found += 1 if samples[r, j, a] >= level[a] else 0
-        if found:
-            for a in range(lanes):
-                if samples[r, j, a] >= level[a]:
-                    x, before = samples[r, j, a], samples[r - 1, j, a]
-                    part = (threshold - before) / (x - before)
-                    if counts[a] < room:
-                        times[counts[a], a] = t[r - 1] + part * (t[r] - t[r - 1])
-                    counts[a] += 1
-                    level[a] = np.inf
-                    end = r
-                    while end <= rows and end < r + WIDE + 2 and samples[end, j, a] > reset:
-                        end += 1
-                    wide[a] = max(wide[a], 1 if end == r + WIDE + 2 else 0)
-        for a in range(lanes):
-            level[a] = threshold if samples[r, j, a] <= reset else level[a]
+        for a in range(LANES):
+            x = samples[r, j, a]
+            found |= (x >= level[a]) | ((x <= reset) & (level[a] > threshold))
+        if not found:
+            continue
+        for a in range(LANES):
+            x, before = samples[r, j, a], samples[r - 1, j, a]
+            if x >= level[a]:
+                part = (threshold - before) / (x - before)
+                if counts[a] < room:
+                    times[counts[a], a] = t[r - 1] + part * (t[r] - t[r - 1])
+                counts[a] += 1
+                level[a] = np.inf
+                end = r
+                while end <= rows and end < r + WIDE + 2 and samples[end, j, a] > reset:
+                    end += 1
+                wide[a] = max(wide[a], 1 if end == r + WIDE + 2 else 0)
+            if x <= reset:
+                level[a] = threshold
 
 
 def gather(
@@ -147,17 +149,12 @@ def gather(
     ``y`` and ``y_r`` are wanted signals, ``y_r`` -1 without a reference. ``residual`` is what is
     left of the table, one row of lanes per sample; ``largest`` is the magnitude's.
     """
-    lanes = residual.shape[1]
     for r in range(first, rows + 1):
-        to = r - first
-        if y_r >= 0:
-            for a in range(lanes):
-                residual[to, a] = samples[r, y, a] - samples[r, y_r, a]
-        else:
-            for a in range(lanes):
-                residual[to, a] = samples[r, y, a]
-        for a in range(lanes):
-            x = residual[to, a]
+        for a in range(LANES):
+            x = samples[r, y, a]
+            if y_r >= 0:
+                x -= samples[r, y_r, a]
+            residual[r - first, a] = x
             largest[a] = max(largest[a], abs(x))
             peak[a] = max(peak[a], x)
 

@@ -82,9 +82,8 @@ class Judge:
         """
         seen, rules = self._room(lanes.first), self._rules
         late = len(rules.t) - rules.begin
-        out = lanes.room()
         self._take(
-            seen, rules, out, out.ravel(), np.empty((len(rules.plants), late, LANES)),
+            seen, rules, lanes.room(), np.empty((len(rules.plants), late, LANES)),
             np.empty((rules.leaves.shape[1] + 9, LANES)), lanes.work, lanes.ring, lanes.motion,
         )  # fmt: skip
         rows = nothing(len(lanes.work) * LANES)

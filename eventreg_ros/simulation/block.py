@@ -9,7 +9,7 @@ from typing import Any
 
 from ..models import Model, Params, State
 from .coding import Coding
-from .hold import drive, horizon_in_steps
+from .hold import drives, horizon_in_steps
 from .model_time import steps_of
 from .numbered import Numbered
 from .step import Compile, make_step, plain
@@ -100,14 +100,12 @@ def make_advance(model: Model, compile: Compile = plain) -> Advance:
     entry per input; see :mod:`.hold`. ``compile`` is applied to every function that it calls.
     """
     step = make_step(model.rhs, model.dimension, compile)
-    output, add_up, confine = compile(model.output), compile(drive), compile(model.confine)
+    output, add_up, confine = compile(model.output), compile(drives), compile(model.confine)
 
     def advance(
         x: State, sign: Any, base: Any, slope: Any, p: Params, h: float
     ) -> tuple[State, float]:
-        d0 = add_up(sign, base, slope, 0.0)
-        dm = add_up(sign, base, slope, 0.5)
-        d1 = add_up(sign, base, slope, 1.0)
+        d0, dm, d1 = add_up(sign, base, slope)
         x = confine(step(x, d0, dm, d1, p, h), p)
         return x, output(x, d1, p)
 

@@ -50,9 +50,26 @@ def line(
     if age > horizon or gap > horizon:
         return newest, 0.0
     slope = (newest - previous) / gap
+    if age == 0.0:
+        return newest, slope
     if age > 0.0 and abs(age * slope) > REACH:
         return newest, 0.0
     return newest + age * slope, slope
+
+
+def drives(
+    sign: Sequence[float], base: Sequence[float], slope: Sequence[float]
+) -> tuple[float, float, float]:
+    """Return :func:`drive` at the start, the middle and the end of the step.
+
+    Without the products by 0 and 1, which no compiler may leave out.
+    """
+    start = middle = end = 0.0
+    for i in range(len(sign)):
+        start += sign[i] * base[i]
+        middle += sign[i] * (base[i] + 0.5 * slope[i])
+        end += sign[i] * (base[i] + slope[i])
+    return start, middle, end
 
 
 def drive(

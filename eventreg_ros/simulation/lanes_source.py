@@ -8,7 +8,7 @@ functions of :func:`.block.make_advance` and :func:`.hold.line`, called lane by 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -79,7 +79,6 @@ class Rows(NamedTuple):
     params: list[int]
     base: list[int]
     slope: list[int]
-    y: int
 
 
 @lru_cache(maxsize=64)
@@ -96,7 +95,6 @@ def layout(structure: Structure) -> Layout:
             take(block.numbers),
             take(len(block.sources)),
             take(len(block.sources)),
-            next(free),
         )
         for block in structure.blocks
     ]
@@ -109,7 +107,7 @@ def layout(structure: Structure) -> Layout:
 def source_of(structure: Structure) -> str:
     """Return the source of ``advance``, which takes a run from step ``first`` to ``last``.
 
-    ``out`` takes the samples of the wanted signals, flat: row 0 those before, then one per step.
+    ``out`` takes the samples of the wanted signals: row 0 those before, then one per step.
     ``work`` and ``ring`` are those of a block of :class:`.lanes.Lanes`; what follows is its
     ``motion``.
     """
@@ -125,36 +123,47 @@ def source_of(structure: Structure) -> str:
 
 
 def _step(structure: Structure) -> Iterator[str]:
-    lay, link = layout(structure), 0
-    perfect = structure.links == PERFECT
+    yield from _draw(layout(structure))
+    yield from (_at_once if structure.links == PERFECT else _from_ring)(structure)
+
+
+def _at_once(structure: Structure) -> Iterator[str]:
+    """Yield a step in which every sample arrives at once; ``work`` holds it and the one before."""
+    lay = layout(structure)
+    now, before = ([f'work[{row} * L + a]' for row in rows] for rows in (lay.now, lay.before))
     lines: list[str] = []
-    yield from _draw(lay)
     for b, block in enumerate(structure.blocks):
-        for i, source in enumerate(block.sources):
-            at = f'{lay.blocks[b].base[i]} * L', f'{lay.blocks[b].slope[i]} * L'
-            if source == NOBODY:
-                continue
-            if perfect:
-                now, before = lay.now[source], lay.before[source]
-                lines.append(
-                    f'work[{at[0]} + a], work[{at[1]} + a] = line('
-                    f'work[{now} * L + a], work[{before} * L + a], 0.0, 1.0, horizons[{b}])'
-                )
-            else:
-                reach = _own_link if structure.links == SCATTERED else _common_link
-                yield from reach(structure.signals, link, source, f'horizons[{b}]', *at)
+        for i, source in _connected(block):
+            pair = f'{now[source]}, {before[source]}'
+            lines.append(f'base_{b}_{i}, slope_{b}_{i} = line({pair}, 0.0, 1.0, horizons[{b}])')
+    lines += [f'{old} = {new}' for old, new in zip(before, now, strict=True)]
+    for b, block in enumerate(structure.blocks):
+        inputs = range(len(block.sources))
+        lines += _advance(b, block, lay, [(f'base_{b}_{i}', f'slope_{b}_{i}') for i in inputs])
+    yield from _publish(structure, lines)
+
+
+def _from_ring(structure: Structure) -> Iterator[str]:
+    """Yield a step in which each input has what arrived of it; ``ring`` holds the last samples."""
+    lay, link = layout(structure), 0
+    reach = _own_link if structure.links == SCATTERED else _common_link
+    lines: list[str] = []
+    for b, block in enumerate(structure.blocks):
+        rows = zip(lay.blocks[b].base, lay.blocks[b].slope, strict=True)
+        drawn = [(f'work[{base} * L + a]', f'work[{slope} * L + a]') for base, slope in rows]
+        for i, source in _connected(block):
+            yield from reach(structure.signals, link, source, f'horizons[{b}]', *drawn[i])
             link += 1
-    if perfect:
-        lines += [f'work[{y} * L + a] = work[{x} * L + a]' for x, y in zip(*lay[1:3], strict=True)]
-    for b, block in enumerate(structure.blocks):
-        lines += _advance(b, block, lay.blocks[b], lay.alarm)
-    lines += _add_noise(structure, lay)
-    if perfect:
-        lines += [
-            f'work[{lay.now[s]} * L + a] = work[{row} * L + a]' for s, row in _written(structure)
-        ]
-    yield from _lanes(*lines)
-    yield from (_keep_now(structure, lay) if perfect else _keep_in_ring(structure))
+        lines += _advance(b, block, lay, drawn)
+    yield from _publish(structure, lines)
+    yield f'after = ((n + 1) & mask) * {structure.signals * LANES}'
+    for signal, row in enumerate(lay.now):
+        yield from _lanes(f'ring[after + {signal} * L + a] = work[{row} * L + a]')
+
+
+def _connected(block: LaneBlock) -> Iterator[tuple[int, int]]:
+    """Yield the inputs of a block that are there: (place, signal)."""
+    return ((i, source) for i, source in enumerate(block.sources) if source != NOBODY)
 
 
 def _draw(lay: Layout) -> Iterator[str]:
@@ -164,44 +173,37 @@ def _draw(lay: Layout) -> Iterator[str]:
         yield from _lanes(f'work[{row} * L + a] = noise[{place}]')
 
 
-def _add_noise(structure: Structure, lay: Layout) -> Iterator[str]:
+def _publish(structure: Structure, advance: list[str]) -> Iterator[str]:
+    """Yield ``advance``, what puts all new samples into ``work``, and what hands out the wanted.
+
+    A compiler does several lanes at once only of loops with little more in them than these.
+    """
+    now = [f'work[{row} * L + a]' for row in layout(structure).now]
+    written = (f'{now[signal]} = {value}' for signal, value in _written(structure))
+    yield from _lanes(*advance, *_add_noise(structure), *written)
+    for s in range(structure.stimuli):
+        start = f'({s} * (steps + 1) + n + 1) * stride'
+        yield from _lanes(f'{now[s]} = open_inputs[{start} + a % stride]')
+    for j, signal in enumerate(structure.wanted):
+        yield from _lanes(f'out[n + 1 - first, {j}, a] = {now[signal]}')
+
+
+def _add_noise(structure: Structure) -> Iterator[str]:
     """Yield what adds noise to what blocks publish, not to their states."""
+    lay = layout(structure)
     for signal, sd, draw in zip(structure.noisy, lay.sds, lay.draws, strict=True):
-        for block, rows in zip(structure.blocks, lay.blocks, strict=True):
+        for b, block in enumerate(structure.blocks):
             if block.row == signal:
-                yield f'work[{rows.y} * L + a] += work[{sd} * L + a] * work[{draw} * L + a]'
+                yield f'y_{b} += work[{sd} * L + a] * work[{draw} * L + a]'
 
 
-def _written(structure: Structure) -> Iterator[tuple[int, int]]:
-    """Yield each signal that a block writes, and the row in which it is after a step."""
-    for block, rows in zip(structure.blocks, layout(structure).blocks, strict=True):
-        yield block.row, rows.y
-        yield from ((signal, rows.x[i]) for signal, i in block.observed)
-
-
-def _keep_now(structure: Structure, lay: Layout) -> Iterator[str]:
-    """Yield what takes in the open inputs and hands out samples, without a ring."""
-    for s in range(structure.stimuli):
-        start = f'({s} * (steps + 1) + n + 1) * stride'
-        yield from _lanes(f'work[{lay.now[s]} * L + a] = open_inputs[{start} + a % stride]')
-    width = len(structure.wanted) * LANES
-    for j, signal in enumerate(structure.wanted):
-        place = f'out[(n + 1 - first) * {width} + {j} * L + a]'
-        yield from _lanes(f'{place} = work[{lay.now[signal]} * L + a]')
-
-
-def _keep_in_ring(structure: Structure) -> Iterator[str]:
-    """Yield what puts the samples of this step into the ring, and hands out those that are."""
-    yield f'after = ((n + 1) & mask) * {structure.signals * LANES}'
-    for s in range(structure.stimuli):
-        start = f'({s} * (steps + 1) + n + 1) * stride'
-        yield from _lanes(f'ring[after + {s} * L + a] = open_inputs[{start} + a % stride]')
-    for signal, row in _written(structure):
-        yield from _lanes(f'ring[after + {signal} * L + a] = work[{row} * L + a]')
-    width = len(structure.wanted) * LANES
-    for j, signal in enumerate(structure.wanted):
-        place = f'out[(n + 1 - first) * {width} + {j} * L + a]'
-        yield from _lanes(f'{place} = ring[after + {signal} * L + a]')
+def _written(structure: Structure) -> Iterator[tuple[int, str]]:
+    """Yield each signal that a block writes, and its value after a step."""
+    lay = layout(structure)
+    for b, block in enumerate(structure.blocks):
+        yield block.row, f'y_{b}'
+        for signal, i in block.observed:
+            yield signal, f'work[{lay.blocks[b].x[i]} * L + a]'
 
 
 def _lanes(*lines: str) -> list[str]:
@@ -212,13 +214,13 @@ def _common_link(
     signals: int, link: int, source: int, horizon: str, base: str, slope: str
 ) -> Iterator[str]:
     """Yield what finds the line of an input where all sets have received the same samples."""
-    store = f'work[{base} + a], work[{slope} + a] = line('
+    store = f'{base}, {slope} = line('
     yield f'i = newest[{link} * steps + n]'
     yield f'j = previous[{link} * steps + n]'
     yield f'now = (i & mask) * {signals * LANES} + {source} * L'
     yield f'before = (j & mask) * {signals * LANES} + {source} * L if j >= 0 else now'
     yield 'if i < 0:'
-    yield from _inside(f'work[{base} + a] = 0.0', f'work[{slope} + a] = 0.0')
+    yield from _inside(f'{base} = 0.0', f'{slope} = 0.0')
     yield 'elif i == n and j == n - 1 or i == n and j < 0:'
     yield from _inside(f'{store}ring[now + a], ring[before + a], 0.0, 1.0, {horizon})')
     yield 'else:'
@@ -243,29 +245,25 @@ def _own_link(
         f'now = (i & mask) * {signals * LANES} + {source} * L + a',
         f'before = (back & mask) * {signals * LANES} + {source} * L + a',
         f'b, s = line(ring[now], ring[before], float(n - i), gap, {horizon})',
-        f'work[{base} + a] = 0.0 if i < 0 else b',
-        f'work[{slope} + a] = 0.0 if i < 0 else s',
+        f'{base} = 0.0 if i < 0 else b',
+        f'{slope} = 0.0 if i < 0 else s',
     )
 
 
-def _advance(b: int, block: LaneBlock, rows: Rows, alarm: int) -> Iterator[str]:
-    """Yield what takes one block a step on in one lane."""
+def _advance(
+    b: int, block: LaneBlock, lay: Layout, lines: Sequence[tuple[str, str]]
+) -> Iterator[str]:
+    """Yield what takes one block a step on in one lane, its inputs on ``lines`` (base, slope)."""
+    rows = lay.blocks[b]
     params = ', '.join(f'work[{row} * L + a]' for row in rows.params)
     packed = f'({params},)' if block.pack is tuple else f'pack_{b}({params})'
     if not block.numbers:
         packed = '()'
-    signs = ', '.join(map(repr, block.signs or (1.0,)))
-    base, slope = (
-        ', '.join(
-            '0.0' if source == NOBODY else f'work[{row} * L + a]'
-            for row, source in zip(of, block.sources, strict=True)
-        )
-        or '0.0'
-        for of in (rows.base, rows.slope)
-    )
+    there = [i for i, _ in _connected(block)]
+    signs = ', '.join(repr(block.signs[i]) for i in there) or '1.0'
+    base, slope = (', '.join(lines[i][k] for i in there) or '0.0' for k in range(2))
     x = ', '.join(f'work[{row} * L + a]' for row in rows.x)
-    yield f'x, y = advance_{b}(({x},), ({signs},), ({base},), ({slope},), {packed}, h)'
+    yield f'x, y_{b} = advance_{b}(({x},), ({signs},), ({base},), ({slope},), {packed}, h)'
     yield from (f'work[{row} * L + a] = x[{i}]' for i, row in enumerate(rows.x))
-    yield f'work[{rows.y} * L + a] = y'
     if block.model.output is not first_state:
-        yield f'work[{alarm} * L + a] += y * 0.0'
+        yield f'work[{lay.alarm} * L + a] += y_{b} * 0.0'

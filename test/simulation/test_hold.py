@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
+import numpy as np
 import pytest
 
-from eventreg_ros.simulation.hold import HORIZON, drive, horizon_in_steps, line
+from eventreg_ros.simulation.hold import HORIZON, drive, drives, horizon_in_steps, line
 
 
 @pytest.mark.parametrize('age', [-0.5, 0.0, 1.0, 2.5])
@@ -54,3 +55,12 @@ def test_a_late_jump_is_held_and_a_punctual_one_drawn_on():
     assert line(0.0, -1.9, 1.0, 1.0, 8.0) == (0.0, 0.0)
     assert line(0.0, -1.9, 0.0, 1.0, 8.0) == (0.0, 1.9)
     assert line(0.1, 0.05, 6.0, 1.0, 8.0) == (pytest.approx(0.4), pytest.approx(0.05))
+
+
+def test_drives_are_the_drive_at_start_middle_and_end():
+    rng = np.random.default_rng(4)
+    for inputs in range(4):
+        sign = rng.choice([-1.0, 1.0], inputs).tolist()
+        base, slope = rng.normal(size=(2, inputs)).tolist()
+        expected = tuple(drive(sign, base, slope, theta) for theta in (0.0, 0.5, 1.0))
+        assert drives(sign, base, slope) == expected
