@@ -22,6 +22,9 @@ TEXT_LIMIT = 1 << 20
 SCRATCH = 'eventreg_run_'
 """Directories of ours for temporary files begin with this."""
 
+DRAFT = '.eventreg_'
+"""What is being written has a name that begins with this, until it is whole."""
+
 _KINDS = {
     stat.S_IFDIR: 'a directory',
     stat.S_IFCHR: 'a device',
@@ -129,7 +132,7 @@ def writing(path: Path) -> Iterator[Path]:
         target = Path(os.path.realpath(path))
         if target.exists() and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        beside = target.with_name(f'.eventreg_{os.getpid()}_{next(_numbers)}{path.suffix}')
+        beside = target.with_name(f'{DRAFT}{os.getpid()}_{next(_numbers)}{path.suffix}')
         try:
             yield beside
             with contextlib.suppress(FileNotFoundError):
@@ -139,6 +142,14 @@ def writing(path: Path) -> Iterator[Path]:
             beside.unlink(missing_ok=True)
     except OSError as error:
         raise EventregError(f'cannot write {path}: {reason_of(error)}; name another file') from None
+
+
+def remove_dead_drafts(directory: Path) -> None:
+    """Remove what processes that were killed while they wrote left in a directory."""
+    for path in directory.glob(f'{DRAFT}*_*'):
+        with contextlib.suppress(OSError, ValueError):
+            if not _is_alive(int(path.name.removeprefix(DRAFT).partition('_')[0])):
+                path.unlink()
 
 
 def need_new(path: Path | None) -> None:

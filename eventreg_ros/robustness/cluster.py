@@ -16,7 +16,7 @@ from .outcome import Outcomes
 from .plan import Plan
 from .sets import Sets
 from .store import Stretch
-from .sweep import AIM, FIRST, MOST, Run, cores
+from .sweep import AIM, MOST, Run, cores, first_piece
 
 AHEAD = 3
 """Pieces per thread that are handed to the scheduler at a time."""
@@ -78,7 +78,7 @@ def _all(client: Any, plan: Plan, stretches: Sequence[Stretch]) -> Iterator[Done
     """Yield all pieces as they are done; only a few are on their way at a time."""
     from distributed import as_completed
 
-    size, pieces = FIRST, _Pieces(stretches)
+    size, pieces = first_piece(Sets(plan)), _Pieces(stretches)
     pending = as_completed()
     for _ in range(AHEAD * max(sum(client.nthreads().values()), 1)):
         _submit(client, pending, plan, pieces.next(size))

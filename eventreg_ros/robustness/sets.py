@@ -41,10 +41,11 @@ class Sets:
         self._of_nodes = [i for i, axis in enumerate(self.axes) if not axis.of_run]
         self._fixed = [plan.fixed_after(axis) for axis in self.axes]
         places = [places_of(self._scenario, self.axes[i], self._fixed[i]) for i in self._of_nodes]
-        self._places = in_force(places) if self._in_lanes else None
+        self._places = in_force(places) if self.in_lanes else None
 
     @property
-    def _in_lanes(self) -> bool:
+    def in_lanes(self) -> bool:
+        """Whether sets go side by side; else one by one."""
         time_scale, rate = self._loop.grid
         steps = count_steps(self.plan.duration, time_scale / rate)
         return lanes_can(self._loop, steps, self._subject)

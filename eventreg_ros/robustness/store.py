@@ -3,23 +3,29 @@
 
 DIR holds ``sweep.json`` (the plan, and the result once there is one), ``scenario.yaml``, and
 ``sweep.parquet``, or ``sweep.csv`` where DIR ends in .csv. Until the table is written, what is done
-lies in ``parts``, a file per stretch of sets; each appears whole or not at all.
+lies in ``parts``, a file per stretch of sets; each appears whole or not at all. One that cannot be
+read any more is run again, and so is a sweep whose table has another size than it had.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import EventregError
-from ..files import writing
-from .outcome import Outcomes
+from ..files import DRAFT, remove_dead_drafts, writing
+from .outcome import ROW, Outcomes
 from .plan import Plan
+
+COUNTS = ('sets', 'rejected', 'not_rejected', 'undecided', 'bad', 'seconds')
+"""What the result of a finished sweep consists of."""
 
 
 class Stretch(NamedTuple):
@@ -42,9 +48,14 @@ class Store:
             raise EventregError(
                 f'cannot write {path}: {error.strerror}; name another --out'
             ) from None
-        _write(path / 'scenario.yaml', plan.text)
         if not self._json.exists():
-            self._note({})
+            self._note({})  # first: a directory with anything else holds no sweep
+        self._write_scenario(path / 'scenario.yaml')
+
+    def _write_scenario(self, path: Path) -> None:
+        """Write the scenario, unless it is there: a sweep that is done may be where none can."""
+        if not path.is_file() or path.read_bytes() != self.plan.text.encode():
+            _write(path, self.plan.text)
 
     @property
     def table(self) -> Path:
@@ -57,15 +68,15 @@ class Store:
 
     def _need_same_plan(self) -> None:
         if not self._json.exists():
-            if self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+            if self.path.exists() and not (self.path.is_dir() and _is_empty(self.path)):
                 raise EventregError(f'{self.path} is there and holds no sweep; name another --out')
             return
-        try:
-            before = json.loads(self._json.read_text(encoding='utf-8'))['plan']
-        except (OSError, ValueError, KeyError, TypeError):
+        before = self._noted().get('plan')
+        if not isinstance(before, dict):
             raise EventregError(
-                f'{self._json} does not say what the sweep was; remove it or name another --out'
-            ) from None
+                f'{self._json} does not say what the sweep was; remove {self.path} or name '
+                'another --out'
+            )
         now = self.plan.as_dict()
         for name, value in now.items():
             if before.get(name) != value:
@@ -74,35 +85,71 @@ class Store:
                     f'not {_short(value)}; name another --out or remove it'
                 )
 
+    def _noted(self) -> dict[str, Any]:
+        """Return what sweep.json holds, nothing where it cannot be read."""
+        try:
+            found = json.loads(self._json.read_text(encoding='utf-8'))
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
+
     def _note(self, result: dict[str, Any]) -> None:
         text = json.dumps({'plan': self.plan.as_dict(), **result}, indent=1)
         _write(self._json, text + '\n')
 
     @property
     def result(self) -> dict[str, Any] | None:
-        """What was found, once the table is written."""
-        if not self.table.exists():
+        """What was found, once the table is written; None when the table is not that one."""
+        found = self._noted().get('result')
+        if not isinstance(found, dict) or not self.table.is_file():
             return None
-        found: dict[str, Any] | None = json.loads(self._json.read_text(encoding='utf-8')).get(
-            'result'
-        )
-        return found
+        size = found.pop('bytes', None)
+        whole = size is None or size == self.table.stat().st_size
+        return found if whole and set(found) == set(COUNTS) else None
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Let no other process work in the directory.
+
+        Raises EventregError where one does. What processes left there that were killed goes.
+        """
+        place = os.open(self.path, os.O_RDONLY) if os.name == 'posix' else None
+        try:
+            if place is not None:
+                self._lock(place)
+            for directory in (self.path, self._parts):
+                remove_dead_drafts(directory)
+            yield
+        finally:
+            if place is not None:
+                os.close(place)
+
+    def _lock(self, place: int) -> None:
+        import fcntl
+
+        try:
+            fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise EventregError(
+                f'another process works on the sweep in {self.path}; wait for it, or name '
+                'another --out'
+            ) from None
+        except OSError:
+            pass  # a file system that has no locks
 
     # Parts
 
-    def save(self, stretch: Stretch, outcomes: Outcomes) -> None:
-        """Keep the outcomes of a stretch."""
-        path = self._parts / f'{stretch.first:012d}-{stretch.last:012d}.npz'
+    def save(self, stretch: Stretch, outcomes: Outcomes, seconds: float) -> None:
+        """Keep the outcomes of a stretch, and how many seconds they took."""
+        path = self._part(stretch)
         path.parent.mkdir(exist_ok=True)
         reasons = np.frombuffer(json.dumps(list(outcomes.reasons.items())).encode(), np.uint8)
         with writing(path) as file:
-            np.savez(file, rows=outcomes.rows, reasons=reasons)
+            np.savez(file, rows=outcomes.rows, reasons=reasons, seconds=seconds)
 
     def done(self) -> list[Stretch]:
         """Return the stretches that are done, in order, none twice."""
-        found = sorted(
-            Stretch(*map(int, path.stem.split('-'))) for path in self._parts.glob('*-*.npz')
-        )
+        found = sorted(map(_stretch, self._parts.glob('*-*.npz')))
         kept: list[Stretch] = []
         for stretch in found:
             if not kept or stretch.first >= kept[-1].last:
@@ -110,7 +157,13 @@ class Store:
         return kept
 
     def missing(self, count: int) -> list[Stretch]:
-        """Return the stretches of ``count`` sets that are not done, in order."""
+        """Return the stretches of ``count`` sets that are not done, in order.
+
+        Parts that cannot be read, or are not of that many sets, go.
+        """
+        for path in self._parts.glob('*-*.npz'):
+            if not _is_whole(path, count):
+                path.unlink()
         gaps, at = [], 0
         for stretch in [*self.done(), Stretch(count, count)]:
             if stretch.first > at:
@@ -121,19 +174,56 @@ class Store:
     def outcomes(self) -> Iterator[tuple[Stretch, Outcomes]]:
         """Yield what is done, in order."""
         for stretch in self.done():
-            with np.load(self._parts / f'{stretch.first:012d}-{stretch.last:012d}.npz') as part:
-                pairs = json.loads(part['reasons'].tobytes().decode())
-                yield stretch, Outcomes(part['rows'], {int(i): text for i, text in pairs})
+            yield stretch, _read_part(self._part(stretch))
+
+    @property
+    def seconds(self) -> float:
+        """How many seconds what is done took, all runs of the command together."""
+        return sum(_seconds(self._part(stretch)) for stretch in self.done())
+
+    def _part(self, stretch: Stretch) -> Path:
+        return self._parts / f'{stretch.first:012d}-{stretch.last:012d}.npz'
 
     def finish(self, result: dict[str, Any]) -> None:
         """Note the result, once the table is there, and leave the parts behind."""
-        self._note({'result': result})
+        self._note({'result': {**result, 'bytes': self.table.stat().st_size}})
         shutil.rmtree(self._parts, ignore_errors=True)
+
+
+def _stretch(path: Path) -> Stretch:
+    first, last = map(int, path.stem.split('-'))
+    return Stretch(first, last)
+
+
+def _read_part(path: Path) -> Outcomes:
+    with np.load(path) as part:
+        pairs = json.loads(part['reasons'].tobytes().decode())
+        return Outcomes(part['rows'], {int(i): text for i, text in pairs})
+
+
+def _seconds(path: Path) -> float:
+    with np.load(path) as part:
+        return float(part['seconds']) if 'seconds' in part else 0.0
+
+
+def _is_whole(path: Path, count: int) -> bool:
+    """Say whether a part can be read, and holds the sets of its name, of ``count``."""
+    try:
+        first, last = _stretch(path)
+        rows = _read_part(path).rows
+    except Exception:  # numpy's, of zip files, of JSON, the operating system's
+        return False
+    return first < last <= count and rows.dtype == ROW and rows.shape == (last - first,)
+
+
+def _is_empty(directory: Path) -> bool:
+    """Say whether nothing is in a directory but what somebody began to write."""
+    return all(path.name.startswith(DRAFT) for path in directory.iterdir())
 
 
 def _write(path: Path, text: str) -> None:
     with writing(path) as file:
-        file.write_text(text, encoding='utf-8')
+        file.write_bytes(text.encode())
 
 
 def _short(value: Any) -> str:

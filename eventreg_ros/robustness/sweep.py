@@ -35,7 +35,7 @@ AIM = 2.0
 """Seconds of work after which what is done is kept."""
 
 FIRST, MOST = 64, 1 << 16
-"""Sets that are run together at the start, and at most."""
+"""Sets that are run together at the start in lanes, and at most."""
 
 Run = Callable[[Plan, Sequence[Stretch]], Iterator[tuple[Stretch, Outcomes]]]
 """Runs stretches of a plan's sets, in any order and any pieces."""
@@ -45,7 +45,8 @@ Run = Callable[[Plan, Sequence[Stretch]], Iterator[tuple[Stretch, Outcomes]]]
 class Sweep(Printed):
     """What came of a sweep. Counts are of sets; ``bad`` ones were refused or diverged.
 
-    ``seconds`` is how long it took the last time; ``out`` the directory, None if nothing was kept.
+    ``seconds`` is how long it took, all runs together if it was stopped; ``out`` the directory,
+    None if nothing was kept.
     """
 
     plan: Plan
@@ -113,37 +114,37 @@ def run_sweep(
     store = Store(out or Path(scratch.name) / 'sweep', plan)  # type: ignore[union-attr]
     if out is not None:
         check_table(store.table)
-        if (before := store.result) is not None:
-            return Sweep(plan, **before, out=out, _read=lambda: read_table(store.table))
-    seconds = _run_missing(store, run or run_here, progress)
-    counts = _counts(store)
-    if out is not None:
-        write_table(store.table, batches(plan.design, store))
-        store.finish({**counts, 'seconds': seconds})
-        return Sweep(
-            plan, **counts, seconds=seconds, out=out, _read=lambda: read_table(store.table)
-        )
+    with store.alone():
+        found = store.result if out is not None else None
+        if found is None:
+            _run_missing(store, run or run_here, progress)
+            found = {**_counts(store), 'seconds': store.seconds}
+            if out is not None:
+                write_table(store.table, batches(plan.design, store))
+                store.finish(found)
 
     def read() -> dict[str, Array]:
-        assert scratch  # kept as long as this function is
+        if scratch is None:
+            return read_table(store.table)
         rows = list(batches(plan.design, store))
         return {name: np.concatenate([part[name] for part in rows]) for name in rows[0]}
 
-    return Sweep(plan, **counts, seconds=seconds, out=None, _read=read)
+    return Sweep(plan, **found, out=out, _read=read)
 
 
-def _run_missing(store: Store, run: Run, progress: Progress) -> float:
-    """Run what is missing and keep it; return how many seconds that took."""
-    began = time.perf_counter()
+def _run_missing(store: Store, run: Run, progress: Progress) -> None:
+    """Run what is missing and keep it."""
     count = store.plan.design.count
     missing = store.missing(count)
     done = count - sum(last - first for first, last in missing)
     progress(done, count)
+    began = time.perf_counter()
     for stretch, outcomes in run(store.plan, missing):
-        store.save(stretch, outcomes)
+        now = time.perf_counter()
+        store.save(stretch, outcomes, now - began)
+        began = now
         done += stretch.last - stretch.first
         progress(done, count)
-    return time.perf_counter() - began
 
 
 def _counts(store: Store) -> dict[str, int]:
@@ -161,16 +162,29 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+class _Pool(ThreadPoolExecutor):
+    """Threads that nobody waits for once something was raised, Ctrl-C say, not for compiling."""
+
+    def __exit__(self, kind: type[BaseException] | None, *more: object) -> None:
+        self.shutdown(wait=kind is None, cancel_futures=kind is not None)
+
+
 def pool_here() -> ThreadPoolExecutor:
     """Return threads for all processors of this machine; compiled runs go on side by side."""
-    return ThreadPoolExecutor(cores())
+    return _Pool(cores())
+
+
+def first_piece(sets: Sets) -> int:
+    """Return how many sets are run together at the start."""
+    return FIRST if sets.in_lanes else cores()
 
 
 def run_here(plan: Plan, stretches: Sequence[Stretch]) -> Iterator[tuple[Stretch, Outcomes]]:
     """Run stretches on all processors of this machine, in pieces of about :data:`AIM` seconds."""
     if not stretches:
         return
-    sets, design, size = Sets(plan), plan.design, FIRST
+    sets, design = Sets(plan), plan.design
+    size = first_piece(sets)
     with pool_here() as pool:
         for first, last in stretches:
             at = first

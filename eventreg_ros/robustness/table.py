@@ -142,12 +142,27 @@ def _cell(name: str, value: Any, without: bool) -> str:
 
 
 def read_table(path: Path) -> dict[str, Array]:
-    """Return the columns of a table; numbers that are not known are NaN."""
-    if path.suffix == '.csv':
-        with path.open(newline='', encoding='utf-8') as file:
-            head, *lines = csv.reader(file)
-        columns = zip(head, zip(*lines, strict=True), strict=True)
-        return {name: _typed(name, column) for name, column in columns}
+    """Return the columns of a table; numbers that are not known are NaN.
+
+    Raises EventregError for one that cannot be read.
+    """
+    try:
+        return _read_csv(path) if path.suffix == '.csv' else _read_parquet(path)
+    except (OSError, ValueError) as error:  # pyarrow's are these too
+        reason = ' '.join(str(error).split())[:120]
+        raise EventregError(
+            f'cannot read {path}: {reason}; remove {path.parent} and run the sweep again'
+        ) from None
+
+
+def _read_csv(path: Path) -> dict[str, Array]:
+    with path.open(newline='', encoding='utf-8') as file:
+        head, *lines = csv.reader(file)
+    columns = zip(head, zip(*lines, strict=True), strict=True)
+    return {name: _typed(name, column) for name, column in columns}
+
+
+def _read_parquet(path: Path) -> dict[str, Array]:
     import pyarrow.parquet as pq
 
     table = pq.read_table(path)

@@ -8,7 +8,7 @@ import pytest
 
 from eventreg_ros import load
 from eventreg_ros.errors import EventregError
-from eventreg_ros.robustness import cluster
+from eventreg_ros.robustness import cluster, sweep
 from eventreg_ros.robustness.cluster import on_cluster
 from eventreg_ros.robustness.plan import Plan
 from eventreg_ros.robustness.sweep import run_sweep
@@ -27,7 +27,7 @@ def plan():
 
 def test_a_cluster_that_loses_a_worker_gives_the_same_table(tmp_path, monkeypatch):
     distributed = pytest.importorskip('distributed')
-    monkeypatch.setattr(cluster, 'FIRST', 5)
+    monkeypatch.setattr(sweep, 'FIRST', 5)
     monkeypatch.setattr(cluster, 'MOST', 5)
     here = run_sweep(plan(), tmp_path / 'here.csv')
     with distributed.LocalCluster(

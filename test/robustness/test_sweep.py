@@ -3,7 +3,9 @@
 
 import json
 import signal
+from threading import Event
 
+import numpy as np
 import pytest
 
 from eventreg_ros import load, sweep
@@ -167,3 +169,94 @@ def test_the_library_gives_the_same_table():
 def test_what_no_set_could_have_is_refused_at_once(parameters, more, words):
     with pytest.raises(EventregError, match=words):
         sweep('exact', parameters, **more)
+
+
+@pytest.fixture
+def begun(tmp_path):
+    """A sweep that was interrupted, of which parts are there."""
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(plan(), tmp_path / 'a.csv', stop_after(3))
+    return tmp_path / 'a.csv'
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:200])
+
+
+@pytest.mark.parametrize(
+    'damage',
+    [
+        lambda part: cut(part),
+        lambda part: part.write_bytes(b''),
+        lambda part: part.write_bytes(part.read_bytes().replace(b'rows', b'rosw')),
+        lambda part: part.rename(part.with_name('000000000007-000000000009.npz')),
+        lambda part: part.rename(part.with_name('000000000700-000000000707.npz')),
+    ],
+)
+def test_a_part_that_was_damaged_is_run_again(begun, damage):
+    damage(sorted((begun / 'parts').iterdir())[1])
+    (begun / '.eventreg_99999999_1.csv').touch()  # of a process that was killed as it wrote
+    found = run_sweep(plan(), begun)
+    assert found.sets == 80
+    whole = run_sweep(plan())
+    assert np.array_equal(found['residual_rms'], whole['residual_rms'], equal_nan=True)
+    assert sorted(path.name for path in begun.iterdir()) == [
+        'scenario.yaml', 'sweep.csv', 'sweep.json'
+    ]  # fmt: skip
+
+
+def test_a_table_that_was_damaged_is_made_again(tmp_path):
+    out = tmp_path / 'a.csv'
+    run_sweep(plan(), out)
+    before = (out / 'sweep.csv').read_bytes()
+    cut(out / 'sweep.csv')
+    run_sweep(plan(), out)
+    assert (out / 'sweep.csv').read_bytes() == before
+    (out / 'sweep.csv').write_bytes(bytes([255]) * len(before))
+    with pytest.raises(EventregError, match=r'cannot read .*sweep\.csv: .* run the sweep again'):
+        run_sweep(plan(), out)['verdict']
+
+
+@pytest.mark.parametrize('text', ['', '{"plan', '[]', '{"plan": null}', '{"plan": "exact"}'])
+def test_what_does_not_say_what_the_sweep_was_is_refused(begun, text):
+    (begun / 'sweep.json').write_text(text)
+    with pytest.raises(EventregError, match='does not say what the sweep was; remove'):
+        run_sweep(plan(), begun)
+
+
+def test_two_at_once_in_one_place_are_refused(begun):
+    pytest.importorskip('fcntl')
+
+    def run(a_plan, stretches):
+        with pytest.raises(EventregError, match='another process works on the sweep in'):
+            run_sweep(plan(), begun)
+        return run_here(a_plan, stretches)
+
+    assert run_sweep(plan(), begun, run).sets == 80
+
+
+def test_what_is_raised_does_not_wait_for_what_runs():
+    going, end = Event(), Event()
+
+    def work():
+        going.set()
+        end.wait()
+
+    waiting = []
+
+    def interrupted():
+        with module.pool_here() as pool:
+            waiting.extend(pool.submit(work) for _ in range(100))
+            going.wait()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert waiting[-1].cancelled()
+    end.set()
+
+
+def test_the_seconds_of_all_runs_count(begun):
+    found = run_sweep(plan(), begun, lambda plan, stretches: run_here(plan, stretches))
+    assert found.seconds > 0.0
+    assert run_sweep(plan(), begun).seconds == found.seconds
