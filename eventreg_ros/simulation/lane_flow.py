@@ -91,7 +91,7 @@ class LaneFlow:
         wanted = self._structure.wanted
         out = np.empty((blocks, steps + 1, len(wanted), LANES))
         out[:, 0] = table[:, [self._rows[len(self._of_blocks) + s] for s in wanted]]
-        self._take(out.reshape(blocks, -1), steps, lanes.work, lanes.ring, lanes.motion)
+        self._take(out, steps, lanes.work, lanes.ring, lanes.motion)
         ends = table[:, self._rows].swapaxes(1, 2).reshape(blocks * LANES, -1)
         samples = out.transpose(0, 3, 2, 1).reshape(blocks * LANES, len(wanted), -1)
         return Passage(ends[: len(z)], samples[: len(z)])
