@@ -8,7 +8,9 @@ those of the grid, one on either side of the curve, have to differ.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -42,8 +44,11 @@ SAME = 0.1
 FINEST, WIDER = 0.001, (0.05, 0.25, 1.0)
 """How far beside the curve runs are made at least; and where, if those do not differ."""
 
-SETTLED = 100_000
-"""Steps after which the loop is taken to have reached its orbit, where a run is longer."""
+LONGER, SETTLED = 2.0, 100_000
+"""Runs of the grid, but at most so many steps, after which the loop is on its orbit."""
+
+LIMIT = 5.0
+"""Seconds of processor time after which no more is looked for."""
 
 
 class OnBorder(NamedTuple):
@@ -62,6 +67,11 @@ class OnBorder(NamedTuple):
         """The gradient of ``value`` there, shape (2,)."""
         return self.orbit.slope
 
+    @property
+    def exact(self) -> bool:
+        """Whether ``value`` is known as well as it will be."""
+        return self.orbit.exact
+
 
 def follow(plan: Plan, border: Border) -> Followed:
     """Follow the border that was found for a plan; x and y are those of ``border``."""
@@ -71,7 +81,8 @@ def follow(plan: Plan, border: Border) -> Followed:
         return Followed([], missed=count, reason=reason)
     turned = border.names[0] != plan.axes[0].name
     try:
-        found = _Follower(plan, border.turned if turned else border).found()
+        with pool_here() as pool:
+            found = _Follower(plan, border.turned if turned else border, pool).found()
     except EventregError as error:
         return Followed([], missed=count, reason=str(error))
     except ANYTHING as error:  # numba's about models of other packages, and their own
@@ -86,13 +97,14 @@ def follow(plan: Plan, border: Border) -> Followed:
 class _Follower:
     """Follows the border of a plan, in steps of its grid; x is the plan's first axis."""
 
-    def __init__(self, plan: Plan, border: Border) -> None:
-        self._border, self._sets = border, Sets(plan)
+    def __init__(self, plan: Plan, border: Border, pool: ThreadPoolExecutor) -> None:
+        self._border, self._sets, self._pool = border, Sets(plan), pool
+        self._until = time.process_time() + LIMIT
         self._lines = Line(border.x), Line(border.y)
         loop, criteria = plan.scenario.loop, plan.subject.criteria
         self._threshold, self._reset = criteria.threshold, criteria.reset
         time_scale, rate = loop.grid
-        self._time = min(plan.duration, SETTLED * time_scale / rate)
+        self._time = min(LONGER * plan.duration, SETTLED * time_scale / rate)
         exosystem, output = next(iter(loop.of_role('exosystem'))), plan.subject.plants[0].output
         self._orbits = Orbits(loop, exosystem, output, Numbers(self._sets, self._lines))
         high = np.array([len(border.x) - 1.0, len(border.y) - 1.0])
@@ -120,13 +132,15 @@ class _Follower:
         return [line(points[:, i]) for i, line in enumerate(self._lines)]
 
     def _near(self, point: Array, near: OnBorder) -> OnBorder:
+        if time.process_time() > self._until:
+            raise OrbitError('it takes too long; give smaller ranges, or fewer values')
         return self._of(self._orbits.at(point, near.orbit))
 
     def _of(self, orbit: Orbit) -> OnBorder:
         """Return what an orbit says of the border. Raises OrbitError where it says nothing."""
-        if not orbit.attracts:
+        if orbit.exact and not orbit.attracts:
             raise OrbitError('the orbit does not attract')
-        if orbit.low > self._reset:
+        if orbit.exact and orbit.low > self._reset:
             raise OrbitError(f'y does not come down to the reset, {self._reset:g}')
         return OnBorder(orbit, orbit.peak - self._threshold)
 
@@ -156,24 +170,23 @@ class _Follower:
         places = np.array([point.point for point in points])
         slopes = np.array([point.slope for point in points])
         sizes = np.linalg.norm(slopes, axis=1)
-        with pool_here() as pool:
-            peaks = self._sets.run(self._columns(places), pool).rows['peak']
-            off = np.nan_to_num((self._threshold - peaks) / sizes, nan=np.inf)
-            within = np.zeros(len(points))
-            for wanted in (
-                FINEST + 2.0 * np.abs(off),
-                *map(np.full_like, [off] * len(WIDER), WIDER),
-            ):
-                tried = np.flatnonzero((within == 0.0) & (wanted <= 1.0) & (np.abs(off) <= 1.0))
-                if not len(tried):
-                    continue
-                beside = wanted[tried, None] * slopes[tried] / sizes[tried, None]
-                both = np.vstack([places[tried] - beside, places[tried] + beside])
-                verdicts = self._sets.run(self._columns(both), pool).rows['verdict']
-                inside, outside = np.split(verdicts, 2)
-                differ = inside == VERDICTS.index(REJECTED)
-                differ &= outside == VERDICTS.index(NOT_REJECTED)
-                within[tried[differ]] = wanted[tried[differ]]
+        peaks = self._sets.run(self._columns(places), self._pool).rows['peak']
+        off = np.nan_to_num((self._threshold - peaks) / sizes, nan=np.inf)
+        within = np.zeros(len(points))
+        for wanted in (
+            FINEST + 2.0 * np.abs(off),
+            *map(np.full_like, [off] * len(WIDER), WIDER),
+        ):
+            tried = np.flatnonzero((within == 0.0) & (wanted <= 1.0) & (np.abs(off) <= 1.0))
+            if not len(tried):
+                continue
+            beside = wanted[tried, None] * slopes[tried] / sizes[tried, None]
+            both = np.vstack([places[tried] - beside, places[tried] + beside])
+            verdicts = self._sets.run(self._columns(both), self._pool).rows['verdict']
+            inside, outside = np.split(verdicts, 2)
+            differ = inside == VERDICTS.index(REJECTED)
+            differ &= outside == VERDICTS.index(NOT_REJECTED)
+            within[tried[differ]] = wanted[tried[differ]]
         return off, within
 
 

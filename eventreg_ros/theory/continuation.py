@@ -19,10 +19,10 @@ from ..simulation.trajectory import Array
 EXACT = 1e-9
 """|f| that counts as none."""
 
-CORRECTIONS = 6
+CORRECTIONS = 8
 """Newton steps after which a step is too long."""
 
-EASY = 3
+EASY = 4
 """Newton steps up to which the next step is longer."""
 
 TURN = 0.2
@@ -49,6 +49,10 @@ class Value(Protocol):
     @property
     def slope(self) -> Array:
         """The gradient of f there, shape (2,)."""
+
+    @property
+    def exact(self) -> bool:
+        """Whether ``value`` is that of f, and not a guess that the next look there improves."""
 
 
 V = TypeVar('V', bound=Value)
@@ -104,7 +108,7 @@ class Plane(Generic[V]):
         """
         for count in range(CORRECTIONS):
             near = self._evaluate(point, near)
-            if abs(near.value) < EXACT:
+            if near.exact and abs(near.value) < EXACT:
                 return near, count
             system, gap = np.vstack([near.slope, row]), np.array([near.value, row @ point - at])
             if not abs(np.linalg.det(system)) > 1e-12:

@@ -28,10 +28,7 @@ from ..simulation.loop import Loop
 from ..simulation.trajectory import Array
 
 NEWTON = 8
-"""Newton steps at most; from one point of a curve to the next it takes two."""
-
-BUDGET = 60_000_000
-"""Steps of the loop, over all that go side by side, that may be spent: some seconds."""
+"""Newton steps at most from where a simulation ends."""
 
 CLOSED = 1e-9
 """What one period may change of an orbit, relative to its size."""
@@ -53,6 +50,9 @@ AROUND = np.arange(-2, 3)
 
 ParamsAt = Callable[[Array], Sequence[Array]]
 """Takes points, shape (n, m); returns the parameters of each block, shape (n, count)."""
+
+
+NONE = 'no orbit with the period of w is found'
 
 
 class OrbitError(EventregError):
@@ -77,6 +77,7 @@ class _Around(NamedTuple):
 class Orbit:
     """A periodic orbit at a ``point``, shape (m,): a state ``z`` on it, ``steps`` of ``h`` long.
 
+    ``exact`` says whether it is closed, to rounding, or a step of Newton's method on its way there.
     ``peak`` and ``low`` are the largest and the smallest value of the output, ``slope`` the
     gradient of the peak by the point, shape (m,). ``multipliers`` are Floquet's, largest first,
     those of w without the one along its cycle.
@@ -86,6 +87,7 @@ class Orbit:
     z: Array
     h: float
     steps: int
+    exact: bool
     peak: float
     low: float
     slope: Array
@@ -119,7 +121,6 @@ class Orbits:
         self._w = self._flow.sample_of(w)
         self._of_w = self._flow.places_of(exosystem)
         self._others = [i for i in range(self._flow.size) if i not in set(self._of_w)]
-        self._left = BUDGET
 
     def settled(self, point: Array, time: float) -> Orbit:
         """Return the orbit at ``point`` that the loop has reached after ``time`` (model time).
@@ -131,56 +132,68 @@ class Orbits:
         w = self._flow.take(start, params, self._h, steps).samples[0, 0]
         first, period = _last_rise(w[steps // 2 :])
         near = self._flow.take(start, params, self._h, steps // 2 + first).ends[0]
-        return self._newton(point, near, self._h, period * self._h)
+        found = self._step(point, near, self._h, period * self._h)
+        for _ in range(NEWTON):
+            if found.exact:
+                return found
+            found = self.at(point, found)
+        raise OrbitError(NONE)
 
     def at(self, point: Array, near: Orbit) -> Orbit:
-        """Return the orbit at ``point`` into which ``near`` turns. Raises OrbitError."""
+        """Return the orbit at ``point`` next to ``near`` after one step of Newton's method.
+
+        Raises OrbitError.
+        """
         change = near.by_point @ (point - near.point)
         h = near.h + float(change[-1])
-        return self._newton(point, near.z + change[:-1], h, near.steps * h)
+        return self._step(point, near.z + change[:-1], h, near.steps * h)
 
-    def _newton(self, point: Array, z: Array, h: float, period: float) -> Orbit:
+    def _step(self, point: Array, z: Array, h: float, period: float) -> Orbit:
         if not 4.0 * self._h < period < np.inf:
             raise OrbitError('w has no period of more than a few steps')
         steps = round(period / self._h)
-        h, middle = period / steps, z[self._w]
-        for _ in range(NEWTON):
-            with np.errstate(all='ignore'):
-                found = self._around(point, z, h, steps)
-            gap = np.append(found.end - z, 0.0)
-            system = np.zeros((len(z) + 1, len(z) + 1))
-            system[:-1, :-1] = found.by_z - np.eye(len(z))
-            system[:-1, -1] = found.by_h
-            system[-1, self._w] = 1.0
-            gap[-1] = z[self._w] - middle
-            size = float(np.abs(gap).max()) / (1.0 + float(np.abs(z).max()))
-            if not np.isfinite(system).all() or not size < 1.0:
-                break
-            try:
-                moved = np.linalg.solve(
-                    system, -np.column_stack([gap, np.vstack([found.by_point, 0.0 * point])])
-                )
-            except np.linalg.LinAlgError:
-                break
-            if size < CLOSED and abs(steps * h / self._h - steps) > ENOUGH:
-                return self._newton(point, z, h, steps * h)
-            if size < CLOSED:
-                return self._orbit(point, z, h, steps, found, moved[:, 1:])
-            z, h = z + moved[:-1, 0], h + float(moved[-1, 0])
-        raise OrbitError('no orbit with the period of w is found')
+        h = period / steps
+        with np.errstate(all='ignore'):
+            found = self._around(point, z, h, steps)
+        n = len(z)
+        system, gap = np.zeros((n + 1, n + 1)), np.zeros((n + 1, 1 + len(point)))
+        system[:n] = np.column_stack([found.by_z - np.eye(n), found.by_h])
+        system[n, self._w] = 1.0
+        gap[:n] = np.column_stack([found.end - z, found.by_point])
+        size = float(np.abs(gap[:, 0]).max()) / (1.0 + float(np.abs(z).max()))
+        if not (np.isfinite(system).all() and np.isfinite(gap).all() and size < 1.0):
+            raise OrbitError(NONE)
+        try:
+            moved: Array = np.linalg.solve(system, -gap).astype(np.float64)
+        except np.linalg.LinAlgError:
+            raise OrbitError(NONE) from None
+        exact = bool(size < CLOSED and abs(period / self._h - steps) < ENOUGH)
+        return self._orbit(point, z, h, steps, found, moved, exact)
 
     def _orbit(
-        self, point: Array, z: Array, h: float, steps: int, found: _Around, by_point: Array
+        self,
+        point: Array,
+        z: Array,
+        h: float,
+        steps: int,
+        found: _Around,
+        moved: Array,
+        exact: bool,
     ) -> Orbit:
+        by_point = moved[:, 1:]
         slope = found.peak_by_point + found.peak_by_z @ by_point[:-1]
         slope = slope + found.peak_by_h * by_point[-1]
         of_w = np.linalg.eigvals(found.by_z[np.ix_(self._of_w, self._of_w)])
         of_w = np.delete(of_w, np.argmin(np.abs(of_w - 1.0)))
-        if not np.abs(of_w).max(initial=0.0) < 1.0 - NEUTRAL:
+        if exact and not np.abs(of_w).max(initial=0.0) < 1.0 - NEUTRAL:
             raise OrbitError('w runs on no limit cycle: its size depends on where it starts')
         others = np.linalg.eigvals(found.by_z[np.ix_(self._others, self._others)])
         every = sorted(map(complex, np.concatenate([of_w, others])), key=abs, reverse=True)
-        return Orbit(point, z, h, steps, found.peak, found.low, slope, tuple(every), by_point)
+        dz, dh = moved[:-1, 0], float(moved[-1, 0])
+        peak = found.peak + float(found.peak_by_z @ dz) + found.peak_by_h * dh
+        return Orbit(
+            point, z + dz, h + dh, steps, exact, peak, found.low, slope, tuple(every), by_point
+        )  # fmt: skip
 
     def _around(self, point: Array, z: Array, h: float, steps: int) -> _Around:
         """Return the map about ``z``: all shifted states, then all shifted points."""
@@ -191,9 +204,6 @@ class Orbits:
         both = SHIFT_OF_POINT * np.vstack([np.eye(m), -np.eye(m)])
         table = self._params(np.vstack([point, point + both]))
         lanes = [0] * (1 + 2 * size) + list(range(1, 1 + 2 * m))
-        self._left -= steps * (len(lanes) + 2)
-        if self._left < 0:
-            raise OrbitError('it takes too many steps; give smaller ranges, or fewer values')
         params = [each[lanes] for each in table]
         ends, samples = self._flow.take(states, params, h, steps)
         y = samples[:, 1, :steps]

@@ -10,6 +10,7 @@ from eventreg_ros.robustness.border import find_border
 from eventreg_ros.robustness.border_orbit import follow
 from eventreg_ros.robustness.followed import orbit_csv, orbit_curves
 from eventreg_ros.robustness.orbit_rules import Line
+from eventreg_ros.robustness.outcome import VERDICTS
 from eventreg_ros.robustness.plan import Plan
 from eventreg_ros.robustness.sets import Sets
 from eventreg_ros.robustness.sweep_words import border_words
@@ -63,12 +64,12 @@ def test_the_curve_is_where_simulations_have_their_border(hold):
     for k, (low, high) in BORDERS.items():
         pairs = ends(border, followed)[k]
         assert len(pairs) == 2
-        for (tau, off), quarter, outwards in zip(pairs, (low, high), (-0.25, 0.25), strict=True):
+        for (tau, off), quarter, sign in zip(pairs, (low, high), (1.0, -1.0), strict=True):
             exact = bisected(tau, k, hold, 0.02 * step)
-            assert abs(exact - tau) < 3.0 * abs(off) * step + 1e-9
+            assert 0.3 < sign * (exact - tau) / (off * step) < 3.0
             assert abs(exact - tau) < 1e-3 * step
             if hold == 'linear':
-                assert sorted((quarter, 1 / tau, quarter + outwards))[1] == 1 / tau
+                assert 0.0 < sign * (quarter - 1 / tau) < 0.25
 
 
 def peak(tau, k):
@@ -122,6 +123,22 @@ def test_what_runs_do_not_confirm_is_not_given_out(monkeypatch):
     assert followed.dropped > 10
     assert followed.missed == sum(map(len, border.places))
     assert 'runs on both sides of it do not differ' in border_words(plan, border, followed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('verdict', VERDICTS)
+def test_both_runs_have_to_say_so(monkeypatch, verdict):
+    class OfOneMind(Sets):
+        def run(self, columns, pool=None):
+            found = super().run(columns, pool)
+            found.rows['verdict'] = VERDICTS.index(verdict)
+            return found
+
+    plan, border, _ = found()
+    monkeypatch.setattr(border_orbit, 'Sets', OfOneMind)
+    followed = follow(plan, border)
+    assert followed.pieces == []
+    assert followed.dropped > 20
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ class Point:
     point: np.ndarray
     value: float
     slope: np.ndarray
+    exact: bool = True
 
 
 def circle(p, near):
