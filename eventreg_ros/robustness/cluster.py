@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from itertools import count
 from typing import Any, NamedTuple
 
 from ..errors import EventregError
@@ -27,11 +28,14 @@ PATIENCE = 10.0
 
 
 class Done(NamedTuple):
-    """A piece that is done, and how many seconds its worker took."""
+    """A piece that is done; ``pace``, in sets per second, is None where it was a worker's first.
+
+    Most of the time of that one goes into imports and compiled code.
+    """
 
     stretch: Stretch
     outcomes: Outcomes
-    seconds: float
+    pace: float | None
 
 
 def runner(engine: str, scheduler: str | None) -> Run | None:
@@ -78,15 +82,18 @@ def _all(client: Any, plan: Plan, stretches: Sequence[Stretch]) -> Iterator[Done
     """Yield all pieces as they are done; only a few are on their way at a time."""
     from distributed import as_completed
 
-    size, pieces = first_piece(Sets(plan)), _Pieces(stretches)
+    size = least = first_piece(Sets(plan))
+    pieces = _Pieces(stretches)
+    threads = max(sum(client.nthreads().values()), 1)
     pending = as_completed()
-    for _ in range(AHEAD * max(sum(client.nthreads().values()), 1)):
+    for _ in range(AHEAD * threads):
         _submit(client, pending, plan, pieces.next(size))
     for future in pending:
         done = Done(*future.result())
-        pace = (done.stretch.last - done.stretch.first) / max(done.seconds, 1e-3)
-        size = int(min(max(1, AIM * pace), 4 * size, MOST))
-        _submit(client, pending, plan, pieces.next(size))
+        if done.pace is not None:
+            size = int(min(max(1, AIM * done.pace), 4 * size, MOST))
+        share = -(-pieces.left // (AHEAD * threads))  # so that all end at the same time
+        _submit(client, pending, plan, pieces.next(min(size, max(share, least))))
         yield done
 
 
@@ -100,6 +107,11 @@ class _Pieces:
 
     def __init__(self, stretches: Sequence[Stretch]) -> None:
         self._left = list(stretches)
+
+    @property
+    def left(self) -> int:
+        """How many sets are not yet in a piece."""
+        return sum(last - first for first, last in self._left)
 
     def next(self, size: int) -> Stretch | None:
         """Return the next piece of at most that size, None after the last."""
@@ -116,11 +128,14 @@ class _Pieces:
 
 def run_piece(plan: Plan, stretch: tuple[int, int]) -> Done:
     """Run one piece, on a worker."""
+    sets, runs = _sets(plan)
     began = time.perf_counter()
-    outcomes = _sets(plan).run(plan.design.columns(*stretch))
-    return Done(Stretch(*stretch), outcomes, time.perf_counter() - began)
+    outcomes = sets.run(plan.design.columns(*stretch))
+    pace = (stretch[1] - stretch[0]) / max(time.perf_counter() - began, 1e-3)
+    return Done(Stretch(*stretch), outcomes, pace if next(runs) else None)
 
 
 @lru_cache(maxsize=4)
-def _sets(plan: Plan) -> Sets:
-    return Sets(plan)
+def _sets(plan: Plan) -> tuple[Sets, Iterator[int]]:
+    """Return the sets of a plan, and what counts how often this worker ran some of them."""
+    return Sets(plan), count()
