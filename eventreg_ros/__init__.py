@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api import Border as Border
     from .api import Certificate as Certificate
     from .api import Comparison as Comparison
     from .api import Identification as Identification
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from .api import Scenario as Scenario
     from .api import Sweep as Sweep
     from .api import analyze as analyze
+    from .api import border as border
     from .api import certificates as certificates
     from .api import compare as compare
     from .api import events as events
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 __version__ = '0.1.0'
 
 __all__ = [
+    'Border',
     'Certificate',
     'Comparison',
     'Identification',
@@ -39,6 +42,7 @@ __all__ = [
     'Scenario',
     'Sweep',
     'analyze',
+    'border',
     'certificates',
     'compare',
     'events',

@@ -36,6 +36,7 @@ from .scenario import Override, Scenario
 from .scenario.criteria import RESET, THRESHOLD
 from .session import identified, simulated
 from .session.bag import Recorded
+from .session.bordered import Border, border_of
 from .session.compared import compare, open_run
 from .session.judged import judge
 from .session.simulated import Run
@@ -55,6 +56,7 @@ Given = Scenario | str | Path
 """A scenario: the name of a shipped one, the path of a file, or what :func:`load` returns."""
 
 __all__ = [
+    'Border',
     'Certificate',
     'Comparison',
     'Identification',
@@ -63,6 +65,7 @@ __all__ = [
     'Scenario',
     'Sweep',
     'analyze',
+    'border',
     'certificates',
     'compare',
     'events',
@@ -337,6 +340,40 @@ def sweep(
     )
     found = run_sweep(plan, None if out is None else Path(out), runner(engine, scheduler))
     return Sweep.of(found)
+
+
+def border(
+    scenario: Given,
+    parameters: Mapping[str, object],
+    x: str,
+    y: str,
+    *,
+    on: Sequence[str] | None = None,
+    duration: float | None = None,
+    settle: float | None = None,
+    window: float | None = None,
+) -> Border:
+    """Find the border between rejected and not over two parameters, and follow it as an orbit.
+
+    ``parameters`` are as for :func:`sweep`; those called ``x`` and ``y`` are ranges with a number
+    of values, '0.5..2/200', and the others are fixed. Raises EventregError.
+
+    >>> found = border(
+    ...     'exact', {'exosystem.tau': '1/20..1/12/9', 'controller.k': '0.7..1/9'},
+    ...     'exosystem.tau', 'controller.k',
+    ... )
+    >>> len(found.curves)
+    1
+    """
+    plan = Plan.of(
+        _loaded(scenario),
+        [f'{name}:={spec_of(value)}' for name, value in parameters.items()],
+        on=None if on is None else tuple(on),
+        duration=duration,
+        settle=settle,
+        window=window,
+    )
+    return border_of(plan, [x, y])
 
 
 def identify(

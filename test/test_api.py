@@ -175,8 +175,9 @@ def test_the_examples_of_the_docstrings_run():
 
 @pytest.mark.slow
 def test_results_are_short_in_a_list_and_tables_when_printed(exact, tmp_path):
-    from eventreg_ros import analyze, compare, identify, read_bag, sweep
+    from eventreg_ros import analyze, border, compare, identify, read_bag, sweep
 
+    over = {'exosystem.tau': '1/20..1/12/9', 'controller.k': '0.7..1/9'}
     main(['simulate', 'exact', '--sampled', '--duration', '250', '--bag', str(tmp_path / 'bag')])
     found = [
         exact,
@@ -187,6 +188,7 @@ def test_results_are_short_in_a_list_and_tables_when_printed(exact, tmp_path):
         sweep('exact', {'controller.k': [1, 2]}),
         analyze(tmp_path / 'bag'),
         read_bag(tmp_path / 'bag'),
+        border('exact', over, *over),
         certificates('linear')[0],
     ]
     for each in found:

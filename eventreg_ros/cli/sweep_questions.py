@@ -90,35 +90,16 @@ def table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
 
 def border(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     """Find the border between rejected and not, follow it, and write both."""
-    from ..robustness.border import border_csv, find_border
-    from ..robustness.border_orbit import follow
-    from ..robustness.followed import orbit_csv, orbit_curves
-    from ..robustness.sweep_words import border_words
+    from ..robustness.border import border_csv
+    from ..robustness.followed import orbit_csv
+    from ..session.bordered import border_of
 
-    found = find_border(plan, args.border.split(','), progress)
-    followed = follow(plan, found)
-    curves = orbit_curves(found, followed)
+    found = border_of(plan, args.border.split(','), progress)
     if args.out is not None:
         args.out.mkdir(parents=True, exist_ok=True)
-        write_text(args.out / 'border.csv', border_csv(found))
-        write_text(args.out / 'border_orbit.csv', orbit_csv(found, followed))
-
-    def draw() -> Any:
-        from ..plots.sweep_map import draw_border
-
-        on_grid = found.curves if followed.missed else []
-        return draw_border(found.names, on_grid, found.points, plan.name, curves)
-
-    result = {
-        'border': list(found.names),
-        'runs': found.runs,
-        'grid': found.grid,
-        'undecided': found.undecided,
-        'bad': found.bad,
-        'curves': [curve.tolist() for curve in found.curves],
-        'orbit': {**followed.summary, 'curves': [curve.tolist() for curve in curves]},
-    }
-    return Found(border_words(plan, found, followed), result, draw)
+        write_text(args.out / 'border.csv', border_csv(found.on_grid))
+        write_text(args.out / 'border_orbit.csv', orbit_csv(found.on_grid, found.followed))
+    return Found(str(found), found.as_json(), found.plot)
 
 
 def worst(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .border import Border
-from .followed import Followed
+from .followed import NEAR, Followed
 from .plan import Plan
 from .sweep import Sweep
 from .worst import Worst
@@ -70,6 +70,8 @@ def _followed_words(border: Border, followed: Followed, threshold: float) -> lis
         f'of {followed.points} points, at most {followed.apart:.2g} steps of the grid from its '
         f'border; two runs differ within {followed.within:.2g} of a step on either side of each'
     ]
+    if followed.apart > NEAR:
+        lines.append('what is far from it lies between the points that the grid was tried at')
     if followed.missed or followed.dropped:
         whole = sum(len(places) for places in border.places)
         lines.append(

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The followed border, against bisected simulations and against the continuous system."""
 
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
 from eventreg_ros import load
+from eventreg_ros.models import catalogue
+from eventreg_ros.models.neuron import NEURON, neuron_rhs
 from eventreg_ros.robustness import border_orbit
-from eventreg_ros.robustness.border import find_border
+from eventreg_ros.robustness.border import Border, find_border
 from eventreg_ros.robustness.border_orbit import follow
 from eventreg_ros.robustness.followed import orbit_csv, orbit_curves
 from eventreg_ros.robustness.orbit_rules import Line
@@ -21,6 +26,14 @@ pytest.importorskip('numba')
 TAU, K = 'exosystem.tau:=1/20..1/6/41', 'controller.k:=0.7..1/13'
 BORDERS = {0.7: (9.25, 13.25), 1.0: (6.75, 15.0)}
 """The border in 1 / tau by k on steps of 0.25; beyond them the loop is not rejected."""
+
+
+class Offer(NamedTuple):
+    """What an installed package says of a model, as far as it is asked for."""
+
+    load: object
+    value: str = 'own:model'
+    dist: None = None
 
 
 def found(*parameters, names=('exosystem.tau', 'controller.k'), scenario='exact', **more):
@@ -173,6 +186,27 @@ def test_where_there_is_no_numba(monkeypatch):
     monkeypatch.setattr('eventreg_ros.robustness.orbit_rules.compiles', lambda: False)
     plan = Plan.of(load('exact'), ['plant.k:=1..2/5', 'plant.tau:=1..2/5'])
     assert 'numba' in border_orbit.unsound(plan)
+
+
+def unfit_rhs(x, drive, p):
+    """The neuron, in a way that numba does not know."""
+    found = dict(zip(('v', 'r'), neuron_rhs(x, drive, p), strict=True))
+    return (found['v'], found['r'])
+
+
+@pytest.mark.slow
+def test_a_plant_of_another_package_that_numba_does_not_know(monkeypatch):
+    own = replace(NEURON, name='own', rhs=unfit_rhs, x0=(0.0, 0.0))
+    monkeypatch.setattr(catalogue, '_installed', lambda: {'own': Offer(lambda: own)})
+    catalogue._plugged_in.cache_clear()
+    pair = ['exosystem.tau:=1/20..1/12/9', 'controller.k:=0.7..1/9', 'plant.model:=own']
+    plan = Plan.of(load('exact'), pair)
+    line = np.column_stack([np.arange(9.0), np.linspace(8.0, 0.0, 9)])
+    border = Border(('exosystem.tau', 'controller.k'), *(a.values for a in plan.axes), {}, [line])
+    followed = follow(plan, border)
+    catalogue._plugged_in.cache_clear()
+    assert (followed.pieces, followed.missed) == ([], 9)
+    assert followed.reason.startswith('a model fails')
 
 
 @pytest.mark.slow
