@@ -98,7 +98,7 @@ class Plane(Generic[V]):
         along = _tangent(near)
         found, _ = self._corrected(near.point, near, along, float(along @ near.point))
         if not self._inside(found.point):
-            raise LostError('it leaves the ranges')
+            raise LostError('its nearest point is outside the ranges')
         return found
 
     def _corrected(self, point: Array, near: V, row: Array, at: float) -> tuple[V, int]:

@@ -111,6 +111,19 @@ def test_with_the_step_it_goes_to_the_border_of_the_continuous_loop():
 
 
 @pytest.mark.slow
+def test_what_is_left_of_the_start_moves_the_border_of_the_runs_and_not_the_curve():
+    """An event soon after ``settle`` is the start's: the runs' border is on the rejected side."""
+    early, late = found(settle=20.0)[2], found(settle=100.0)[2]
+    assert min(piece.off.min() for piece in early.pieces) < -0.1
+    assert late.missed == late.dropped == 0
+    assert min(piece.off.min() for piece in late.pieces) > -1e-3
+    places = np.vstack([piece.places for piece in late.pieces])
+    for piece in early.pieces:
+        near = np.abs(piece.places[:, None] - places).max(axis=2).min(axis=1)
+        assert np.median(near) < 0.5
+
+
+@pytest.mark.slow
 def test_turning_the_axes_turns_the_curve():
     plan, border, followed = found()
     turned = follow(plan, border.turned)
