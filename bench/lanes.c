@@ -9,7 +9,9 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-#define LANES 32
+#ifndef LANES
+#define LANES 32 /* 1: the loop run one by one */
+#endif
 #define EACH for (int a = 0; a < LANES; a++)
 
 typedef double Lane[LANES];

@@ -68,13 +68,13 @@ def plan(sets: int) -> Plan:
     return Plan.of(load('exact'), RANGES, sets=sets)
 
 
-def c_library(scratch: str) -> ctypes.CDLL | None:
-    """Return the C kernel, None without a compiler."""
+def c_library(scratch: str, lanes: int = 32) -> ctypes.CDLL | None:
+    """Return the C kernel with so many sets side by side, None without a compiler."""
     compiler = shutil.which('cc')
     if compiler is None:
         return None
-    library, source = Path(scratch) / 'lanes.so', Path(__file__).with_name('lanes.c')
-    options = ['-O3', '-march=native', '-ffp-contract=off', '-fPIC', '-shared']
+    library, source = Path(scratch) / f'lanes_{lanes}.so', Path(__file__).with_name('lanes.c')
+    options = ['-O3', '-march=native', '-ffp-contract=off', '-fPIC', '-shared', f'-DLANES={lanes}']
     subprocess.run([compiler, *options, '-o', library, source, '-lm'], check=True)
     return ctypes.CDLL(str(library))
 
@@ -238,11 +238,14 @@ def main() -> None:
             same = np.array_equal(c.verdict, ours.rows['verdict'])
             same &= np.array_equal(c.largest, ours.rows['residual_max_abs'])
             same &= np.array_equal(c.rms, ours.rows['residual_rms'])
+            alone, few = c_library(scratch, 1), sets // 50
+            print(timed('C, one by one', few, 1, lambda: c_sweep(alone, few, 1)), flush=True)
             ratio = alternated(2048, library)
             print(f'| pace over the C kernel, one core | | | | {ratio:.2f} | >= 0.9 |')
             print(f'| the same verdicts and residuals as C, to the bit | 1024 | | | {same} | |')
     growth(2048)
-    few = max(sets // 1000, 20)
+    few = max(sets // 100, 100)
+    one_by_one(1)  # compiles
     print(timed('one by one, compiled, without a verdict', few, 1, lambda: one_by_one(few)))
     print(timed('scipy RK45, rtol 1e-6, without a verdict', 2, 1, lambda: scipy_sets(2)))
 
