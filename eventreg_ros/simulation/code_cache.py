@@ -122,13 +122,22 @@ class Kept:
         self._ready = True
 
 
+def is_kept(function: FunctionType) -> bool:
+    """Say whether :func:`compile_kept` compiled such a function before, so that it is loaded."""
+    return (directory() / _name(function)).is_file()
+
+
+def _name(function: FunctionType) -> str:
+    return f'{function.__name__}_{fingerprint(function)}.py'
+
+
 def compile_kept(njit: Any, function: FunctionType, **options: Any) -> Any:
     """Return ``function`` compiled by ``njit``, its machine code kept where that is possible.
 
     It may have no closure. ``options`` are numba's.
     """
-    key = fingerprint(function)
-    path = _written(f'{function.__name__}_{key}.py', f'# {key}\n')
+    name = _name(function)
+    path = _written(name, f'# {name}\n')
     if path is None:
         return njit(**options)(function)
     code = function.__code__.replace(co_filename=path)

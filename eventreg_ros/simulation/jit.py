@@ -9,7 +9,7 @@ from types import CellType, FunctionType
 from typing import Any
 
 from ..errors import EventregError
-from .code_cache import compile_kept
+from .code_cache import compile_kept, is_kept
 from .kernel import Kernel, Part, make_kernel
 from .same_bits import is_foreign, pipeline
 from .step import Compile
@@ -18,6 +18,9 @@ Parts = tuple[Part, ...]
 
 PAYS = 1_000_000
 """Block-steps in plain Python (3 us each) that take about as long as compiling does (3 s)."""
+
+LOADS = 300_000
+"""The same where the machine code is kept from an earlier process: it is loaded within a second."""
 
 MOST = 32
 """Blocks, or inputs of a block, up to which numba compiles within seconds."""
@@ -79,15 +82,22 @@ def choose(parts: Parts, work: int, compiled: bool | None) -> tuple[Kernel, bool
 
     ``compiled`` True or False settles it. None takes the compiled one when this process has it
     already, or when numba is there and the ``work`` to come (in block-steps), with what was done so
-    far, would have paid for compiling. Raises EventregError when it is True and there is no numba.
+    far, would have paid for compiling, or for loading what was compiled before. Raises
+    EventregError when it is True and there is no numba.
     """
     if compiled is None:
         walked = _walked[parts] + work
-        pays = walked > PAYS and parts not in _refused
-        compiled = parts in _compiled or (pays and _fits(parts) and _njit() is not None)
+        compiled = parts in _compiled or _pays(parts, walked)
         if not compiled:
             _walked[parts] = walked
     return (_compile(parts), True) if compiled else (_plain(parts), False)
+
+
+def _pays(parts: Parts, work: int) -> bool:
+    """Say whether the compiled kernel is there sooner than so much work is done in plain Python."""
+    if work <= min(LOADS, PAYS) or parts in _refused or not _fits(parts) or not compiles():
+        return False
+    return work > PAYS or is_kept(_entry(parts))
 
 
 def is_of_numba(error: Exception) -> bool:
@@ -141,8 +151,11 @@ def compile_entry(function: Any) -> Any:
     What it calls must be compiled already, except its own plain helpers. It may have no closure;
     its machine code is kept for the next process. Raises EventregError when there is no numba.
     """
-    njit = _need_njit()
-    return compile_kept(njit, inliner().with_callees(function), error_model='numpy', nogil=True)
+    return _compile_entry(inliner().with_callees(function))
+
+
+def _compile_entry(function: FunctionType) -> Any:
+    return compile_kept(_need_njit(), function, error_model='numpy', nogil=True)
 
 
 def _need_njit() -> Any:
@@ -174,5 +187,12 @@ def _compile(parts: Parts) -> Kernel:
     call halves the time of compiling.
     """
     if parts not in _compiled:
-        _compiled[parts] = compile_entry(make_kernel(parts, inliner()))
+        _compiled[parts] = _compile_entry(_entry(parts))
     return _compiled[parts]
+
+
+@lru_cache(maxsize=64)
+def _entry(parts: Parts) -> FunctionType:
+    compile = inliner()
+    kernel: Any = make_kernel(parts, compile)
+    return compile.with_callees(kernel)

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from eventreg_ros.simulation import code_cache
-from eventreg_ros.simulation.code_cache import fingerprint, generated
+from eventreg_ros.simulation.code_cache import compile_kept, fingerprint, generated, is_kept
 
 pytestmark = pytest.mark.slow
 
@@ -64,6 +64,16 @@ def test_a_broken_file_or_a_directory_that_cannot_be_written_is_no_trouble(run, 
     (tmp_path / 'file').touch()
     for directory in (tmp_path, tmp_path / 'file' / 'cache'):
         assert run(ONE, directory) == (first, 0)
+
+
+def test_it_is_known_what_was_compiled_before(monkeypatch, tmp_path):
+    numba = pytest.importorskip('numba')
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    one, other = (generated(f'def f(x):\n    return x + {n}.0\n', 'f', {}) for n in (1, 2))
+    assert not is_kept(one)
+    assert compile_kept(numba.njit, one)(1.0) == 2.0
+    assert is_kept(one)
+    assert not is_kept(other)
 
 
 def helper(constant):

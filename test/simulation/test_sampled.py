@@ -200,10 +200,15 @@ def test_compiling_is_chosen_when_it_pays(monkeypatch):
     monkeypatch.setattr(jit, '_compiled', {})
     monkeypatch.setattr(jit, '_compile', made.append)
     monkeypatch.setattr(jit, '_njit', lambda: object())
+    monkeypatch.setattr(jit, '_entry', lambda parts: None)
+    monkeypatch.setattr(jit, 'is_kept', lambda entry: False)
     parts = SampledLoop(load('exact', 'zero')).parts
     few = jit.PAYS // 4
     assert [jit.choose(parts, few, None)[1] for _ in range(5)] == [False] * 4 + [True]
     assert made == [parts]
+    jit._walked.clear()
+    monkeypatch.setattr(jit, 'is_kept', lambda entry: True)
+    assert [jit.choose(parts, jit.LOADS // 2, None)[1] for _ in range(3)] == [False, False, True]
     monkeypatch.setattr(jit, '_njit', lambda: None)
     assert not jit.choose(parts, 10 * few, None)[1]
 
