@@ -19,7 +19,8 @@ from ..analysis.rejection import NOT_REJECTED, REJECTED
 from ..errors import EventregError
 from ..simulation.model_errors import ANYTHING
 from ..theory.continuation import Plane, Walk
-from ..theory.orbit import Orbit, OrbitError, Orbits
+from ..theory.orbit import Orbit, Orbits
+from ..theory.waves import OrbitError
 from .axes import Array
 from .border import Border, Curve
 from .followed import NEAR, Followed, Piece
@@ -48,7 +49,7 @@ LONGER, SETTLED = 2.0, 100_000
 """Runs of the grid, but at most so many steps, after which the loop is on its orbit."""
 
 LIMIT = 5.0
-"""Seconds of processor time after which no more is looked for."""
+"""Seconds of processor time that following may take at most, if nothing else is said."""
 
 
 class OnBorder(NamedTuple):
@@ -73,8 +74,11 @@ class OnBorder(NamedTuple):
         return self.orbit.exact
 
 
-def follow(plan: Plan, border: Border) -> Followed:
-    """Follow the border that was found for a plan; x and y are those of ``border``."""
+def follow(plan: Plan, border: Border, limit: float = LIMIT) -> Followed:
+    """Follow the border that was found for a plan; x and y are those of ``border``.
+
+    After ``limit`` seconds of processor time no more is looked for.
+    """
     count = sum(map(len, border.places))
     reason = unsound(plan) if count else 'there is no border to begin at'
     if reason:
@@ -82,7 +86,7 @@ def follow(plan: Plan, border: Border) -> Followed:
     turned = border.names[0] != plan.axes[0].name
     try:
         with pool_here() as pool:
-            found = _Follower(plan, border.turned if turned else border, pool).found()
+            found = _Follower(plan, border.turned if turned else border, pool, limit).found()
     except EventregError as error:
         return Followed([], missed=count, reason=str(error))
     except ANYTHING as error:  # numba's about models of other packages, and their own
@@ -97,9 +101,9 @@ def follow(plan: Plan, border: Border) -> Followed:
 class _Follower:
     """Follows the border of a plan, in steps of its grid; x is the plan's first axis."""
 
-    def __init__(self, plan: Plan, border: Border, pool: ThreadPoolExecutor) -> None:
+    def __init__(self, plan: Plan, border: Border, pool: ThreadPoolExecutor, limit: float) -> None:
         self._border, self._sets, self._pool = border, Sets(plan), pool
-        self._until = time.process_time() + LIMIT
+        self._until = time.process_time() + limit
         self._lines = Line(border.x), Line(border.y)
         loop, criteria = plan.scenario.loop, plan.subject.criteria
         self._threshold, self._reset = criteria.threshold, criteria.reset
@@ -125,8 +129,10 @@ class _Follower:
         curves, places = [piece.places for piece in pieces], self._border.places
         missed = int((_distance(np.vstack(places), curves) > NEAR).sum())
         apart = max((float(_distance(curve, places).max()) for curve in curves), default=0.0)
-        said = dict.fromkeys(reasons) if missed or dropped else ()
-        return Followed(pieces, apart, missed, dropped, '; '.join(said))
+        if not (missed or dropped):
+            return Followed(pieces, apart)
+        said = '; '.join(dict.fromkeys(reasons)) or 'the curve next to them is elsewhere'
+        return Followed(pieces, apart, missed, dropped, said)
 
     def _columns(self, points: Array) -> list[Array]:
         return [line(points[:, i]) for i, line in enumerate(self._lines)]
@@ -164,6 +170,8 @@ class _Follower:
                     walks.append(walk)
                 todo = todo[_distance(todo, [curve]) > NEAR]
             todo = todo[np.linalg.norm(todo - start, axis=1) > away]
+        if len(todo):
+            reasons.append(f'it was looked for from {STARTS} points and no more')
 
     def _confirmed(self, points: Sequence[OnBorder]) -> tuple[Array, Array]:
         """Return ``off`` and ``within`` of points; the latter is 0 where no two runs differ."""

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -20,24 +22,45 @@ EVEN = 1e-9
 
 
 class Line:
-    """The values of a range, in equal steps or ratios, also between the points of its grid."""
+    """The values of an axis, also between the points of its grid.
+
+    In equal steps or ratios they go on like that; others lie on a smooth curve through them.
+    """
 
     def __init__(self, values: Sequence[float]) -> None:
-        line, self.last = np.array(values), len(values) - 1
-        self._first, self._end = line[0], line[-1]
-        steps = np.diff(line)
-        self.even = bool(np.ptp(steps) <= EVEN * np.abs(steps).max())
-        self.in_ratios = not self.even and bool((line > 0.0).all() or (line < 0.0).all())
-        if self.in_ratios:
-            ratios = line[1:] / line[:-1]
-            self.in_ratios = bool(np.ptp(ratios) <= EVEN * ratios.max())
+        self._values, self.last = np.array(values), len(values) - 1
+        steps = np.diff(self._values)
+        self.ordered = bool((steps > 0.0).all() or (steps < 0.0).all())
+        even = bool(np.ptp(steps) <= EVEN * np.abs(steps).max())
+        self._law = self._linear if even else self._in_ratios() or self._through
+
+    def _in_ratios(self) -> Callable[[Array], Array] | None:
+        line = self._values
+        if not ((line > 0.0).all() or (line < 0.0).all()):
+            return None
+        ratios = line[1:] / line[:-1]
+        return self._geometric if np.ptp(ratios) <= EVEN * ratios.max() else None
+
+    def _linear(self, places: Array) -> Array:
+        width = self._values[-1] - self._values[0]
+        return np.asarray(self._values[0] + places / self.last * width)
+
+    def _geometric(self, places: Array) -> Array:
+        ratio = self._values[-1] / self._values[0]
+        return np.asarray(self._values[0] * ratio ** (places / self.last))
+
+    def _through(self, places: Array) -> Array:
+        return np.asarray(self._curve(places))
+
+    @cached_property
+    def _curve(self) -> Any:
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(np.arange(self.last + 1), self._values)
 
     def __call__(self, places: Array) -> Array:
         """Return the values at ``places``, in steps of the grid, shape (n,)."""
-        part = places / self.last
-        if self.in_ratios:
-            return np.asarray(self._first * (self._end / self._first) ** part)
-        return np.asarray(self._first + part * (self._end - self._first))
+        return self._law(places)
 
 
 class Numbers:
@@ -120,5 +143,4 @@ def _off_line(loop: Loop, axis: Axis) -> str:
     blocks = [spec for name, spec in loop.blocks.items() if axis.node in (name, '/**')]
     if not any(p.name == axis.parameter for spec in blocks for p in spec.model.parameters):
         return f'{axis.name} is no parameter of a model'
-    line = Line(axis.values)
-    return '' if line.even or line.in_ratios else f'the values of {axis.name} are in uneven steps'
+    return '' if Line(axis.values).ordered else f'the values of {axis.name} are in no order'

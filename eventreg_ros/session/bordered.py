@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..printed import Printed
 from ..robustness import border as module
 from ..robustness.border import Curve
-from ..robustness.border_orbit import follow
+from ..robustness.border_orbit import LIMIT, follow
 from ..robustness.followed import Followed, orbit_curves
 from ..robustness.plan import Plan
 from ..robustness.sweep import Progress
@@ -84,7 +85,10 @@ def border_of(
 ) -> Border:
     """Find the border over the two axes ``names`` of a plan, x first, and follow it.
 
-    Raises EventregError when the plan has other axes.
+    That takes some seconds, or as long as finding it. Raises EventregError when the plan has other
+    axes.
     """
+    began = time.process_time()
     found = module.find_border(plan, names, progress)
-    return Border(plan, found, follow(plan, found))
+    limit = max(LIMIT, time.process_time() - began)
+    return Border(plan, found, follow(plan, found, limit))

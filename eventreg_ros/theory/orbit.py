@@ -20,12 +20,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..errors import EventregError
 from ..simulation.lane_flow import LaneFlow
 from ..simulation.loop import Loop
 from ..simulation.trajectory import Array
+from .waves import OrbitError, last_rise, peak_of
 
 NEWTON = 8
 """Newton steps at most from where a simulation ends."""
@@ -45,18 +44,11 @@ NEUTRAL = 1e-4
 ENOUGH = 0.6
 """Steps by which a period may differ from the whole number that is taken for it."""
 
-AROUND = np.arange(-2, 3)
-"""The samples about the highest one through which the peak is laid."""
-
 ParamsAt = Callable[[Array], Sequence[Array]]
 """Takes points, shape (n, m); returns the parameters of each block, shape (n, count)."""
 
 
 NONE = 'no orbit with the period of w is found'
-
-
-class OrbitError(EventregError):
-    """There is no orbit of the kind that is looked for."""
 
 
 class _Around(NamedTuple):
@@ -130,7 +122,7 @@ class Orbits:
         params, start = self._params(point[None]), self._flow.start[None]
         steps = round(time / self._h)
         w = self._flow.take(start, params, self._h, steps).samples[0, 0]
-        first, period = _last_rise(w[steps // 2 :])
+        first, period = last_rise(w[steps // 2 :])
         near = self._flow.take(start, params, self._h, steps // 2 + first).ends[0]
         found = self._step(point, near, self._h, period * self._h)
         for _ in range(NEWTON):
@@ -207,7 +199,7 @@ class Orbits:
         params = [each[lanes] for each in table]
         ends, samples = self._flow.take(states, params, h, steps)
         y = samples[:, 1, :steps]
-        peak, place, weights = _peak(y[0])
+        peak, place, weights = peak_of(y[0])
         base = [each[:1] for each in table]
         by_h = [self._flow.take(z[None], base, h + s, steps) for s in (SHIFT * h, -SHIFT * h)]
         peaks = y[:, place] @ weights
@@ -225,38 +217,3 @@ class Orbits:
             (peaks_by_h[0] - peaks_by_h[1]) / width_h,
             (peaks[cut : cut + m] - peaks[cut + m :]) / (2.0 * SHIFT_OF_POINT),
         )
-
-
-def _last_rise(w: Array) -> tuple[int, float]:
-    """Return the number of the last sample before w rises through its middle, and its period.
-
-    The period is in steps. Raises OrbitError where w does not repeat itself.
-    """
-    low, high = float(w.min()), float(w.max())
-    middle = 0.5 * (low + high)
-    if not high - low > 1e-6 * max(1.0, abs(middle)):
-        raise OrbitError('w is at rest')
-    before = np.flatnonzero((w[:-1] < middle) & (w[1:] >= middle))
-    times = before + (middle - w[before]) / (w[before + 1] - w[before])
-    for rises in range(1, (len(times) - 1) // 2 + 1):
-        last, one_earlier = times[-1] - times[-1 - rises], times[-1 - rises] - times[-1 - 2 * rises]
-        if abs(last - one_earlier) < 1e-3 * last:
-            return int(before[-1]), float(last)
-    raise OrbitError('w is not periodic')
-
-
-def _peak(y: Array) -> tuple[float, npt.NDArray[np.intp], Array]:
-    """Return the peak of one period of y, and the places and weights of the samples that make it.
-
-    It is that of the polynomial through five samples.
-    """
-    if not np.isfinite(y).all():
-        raise OrbitError('the loop diverges')
-    place = (int(np.argmax(y)) + AROUND) % len(y)
-    monomials = np.linalg.inv(np.vander(AROUND.astype(float), increasing=True))
-    c = monomials @ y[place]
-    turns = np.polynomial.polynomial.polyroots([i * c[i] for i in range(1, 5)])
-    real = turns.real[(np.abs(turns.imag) < 1e-9) & (np.abs(turns.real) <= 1.0)]
-    at = max([0.0, *real.tolist()], key=lambda t: float(np.polynomial.polynomial.polyval(t, c)))
-    weights = at ** np.arange(5) @ monomials
-    return float(weights @ y[place]), place, weights

@@ -110,6 +110,33 @@ def test_with_the_step_it_goes_to_the_border_of_the_continuous_loop():
     assert abs(limit - exact) < 0.01 * abs(a - exact)
 
 
+@pytest.mark.parametrize(
+    ('values', 'between'),
+    [
+        ([1.0, 1.5, 2.0, 2.5], lambda i: 1.0 + 0.5 * i),
+        ([0.5, 0.25, 0.125], lambda i: 0.5 * 2.0**-i),
+        ([1 / (4 + 0.25 * i) for i in range(40)], lambda i: 1 / (4 + 0.25 * i)),
+    ],
+)
+def test_values_between_those_of_a_grid(values, between):
+    line, places = Line(values), np.linspace(0.0, len(values) - 1.0, 50)
+    assert line.ordered
+    np.testing.assert_allclose(line(np.arange(float(len(values)))), values, rtol=1e-14)
+    np.testing.assert_allclose(line(places), between(places), rtol=2e-4)
+
+
+@pytest.mark.slow
+def test_a_list_of_values_may_be_uneven():
+    """The border is the same, whatever grid it was found on."""
+    quarters = ','.join(repr(1 / (6 + 0.25 * i)) for i in range(45))
+    plan = Plan.of(load('exact'), [f'exosystem.tau:={{{quarters}}}', K], duration=600.0)
+    border = find_border(plan, ('exosystem.tau', 'controller.k'))
+    one, other = ends(border, follow(plan, border)), ends(*found()[1:])
+    for k in BORDERS:
+        tau = [[tau for tau, _ in each[k]] for each in (one, other)]
+        np.testing.assert_allclose(*tau, rtol=1e-6)
+
+
 @pytest.mark.slow
 def test_what_is_left_of_the_start_moves_the_border_of_the_runs_and_not_the_curve():
     """An event soon after ``settle`` is the start's: the runs' border is on the rejected side."""
@@ -183,7 +210,7 @@ def test_an_orbit_that_does_not_attract_is_not_followed(monkeypatch):
         ('exact', ['plant.k:=1..2/5', 'plant.tau:=1..2/5', 'noise.y:=0.1'], 'noise'),
         ('exact', ['plant.k:=1..2/5', 'plant.x0[0]:=1..2/5'], 'plant.x0[0] is no parameter'),
         ('exact', ['plant.k:=1..2/5', '/**.rate:=50..60/5'], '/**.rate is no parameter'),
-        ('exact', ['plant.k:=1..2/5', 'plant.tau:={1,2,4,5}'], 'plant.tau are in uneven'),
+        ('exact', ['plant.k:=1..2/5', 'plant.tau:={1,2,5,4}'], 'plant.tau are in no order'),
         ('exact', ['plant.k:=1..2/5', 'plant.tau:=1..2/5', 'spike_monitor.min_width:=1'], 'min_'),
         ('open', ['plant.k:=1..2/5', 'plant.tau:=1..2/5'], 'an open input, v, drives it'),
         ('quiescent', ['plant.k:=1..2/5', 'plant.tau:=1..2/5'], 'there are 0 exosystems'),

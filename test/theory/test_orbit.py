@@ -20,7 +20,8 @@ from eventreg_ros.theory.floquet import floquet
 
 pytest.importorskip('numba')
 
-from eventreg_ros.theory.orbit import OrbitError, Orbits
+from eventreg_ros.theory.orbit import Orbits
+from eventreg_ros.theory.waves import OrbitError
 
 SIZE, OMEGA, DECAY = 1.3, 0.7, 0.9
 
