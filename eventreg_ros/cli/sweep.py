@@ -71,6 +71,10 @@ def main(args: argparse.Namespace) -> int:
     say_if_slow('sets run one by one in plain Python, about a thousand times slower')
     count = Count()
     ask = border if args.border else worst if args.worst is not None else table
+    if ask is table and (args.plot is not None or args.report is not None):
+        from ..plots.sweep_plot import need_picture
+
+        need_picture(plan)
     try:
         found = ask(args, plan, count.show)
     except KeyboardInterrupt:

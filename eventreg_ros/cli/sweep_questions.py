@@ -65,17 +65,16 @@ def table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     from ..robustness.cluster import runner
     from ..robustness.sweep import run_sweep
     from ..robustness.sweep_words import sweep_words
-    from ..robustness.yields import indices, scenario_text, worst_of, yield_of
+    from ..robustness.yields import indices, scenario_text, worst_set, yield_of_sweep
 
     sweep = run_sweep(plan, args.out, runner(args.engine, args.scheduler), progress)
     result = sweep.as_json()
-    share = yield_of(sweep.rejected, sweep.sets) if plan.sets else None
+    share = yield_of_sweep(sweep) if plan.sets else None
     matters = indices(sweep) if args.indices else []
     if share is not None:
         result['yield'] = share._asdict()
-        at = worst_of(sweep.columns) if args.out else None
-        if at is not None:
-            values = [sweep[axis.name][at] for axis in plan.axes]
+        values = worst_set(sweep) if args.out else None
+        if values is not None:
             write_text(args.out / 'worst.yaml', scenario_text(plan, values))
     if args.indices:
         result['indices'] = [index._asdict() for index in matters]

@@ -17,8 +17,9 @@ MOST = 5
 LONGEST = 24
 """Characters of a run's name that are drawn."""
 
-WIDTH, PANEL, ROW, REST = 3.4, 1.0, 0.16, 0.75
-"""Inches: a paper's column, a panel, a row of events, and key, labels and axis together."""
+WIDTH, PANEL, ROW, LABEL, REST = 3.4, 1.0, 0.16, 0.7, 0.75
+"""Inches: a paper's column, a panel, a row of events, the least that their label needs, and key,
+labels and axis together."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def draw_comparison(runs: Sequence[Shown]) -> Any:
             len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
         )[:, 0]  # fmt: skip
         _fill(list(axes), runs)
-        axes[-1].set_xlabel(TIME)
+        axes[-1].set_xlabel(TIME, parse_math=True)
         figure.legend(handles=_key(runs), loc='outside upper left', ncols=2)
     return figure
 
@@ -56,7 +57,7 @@ def panels(runs: Sequence[Shown]) -> list[str]:
 
 
 def _heights(runs: Sequence[Shown]) -> list[float]:
-    return [PANEL] * len(panels(runs)) + [0.15 + ROW * len(runs)]
+    return [PANEL] * len(panels(runs)) + [max(0.15 + ROW * len(runs), LABEL)]
 
 
 def _short(name: str) -> str:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .style import BLUE, GREY, ORANGE, style
+from .style import BLUE, ORANGE, style
+from .sweep_map import set_log
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -22,8 +23,8 @@ SIZE = (6.4, 2.5)
 
 PANELS = (
     ('residual_max_abs', 'largest |y - y_r|', True),
-    ('settling', 'model time of the last wrong event', False),
-    ('latency', 'mean delay of preserved events', False),
+    ('settling', 'last wrong event, model time', False),
+    ('latency', 'mean of y - y_r, model time', False),
 )
 """Column, label, and whether it is drawn over its logarithm."""
 
@@ -46,7 +47,8 @@ def draw_yield(columns: Mapping[str, Array], share: Yield, title: str) -> Any:
             axis.set_xlabel(label)
         figure.axes[0].set_ylabel('sets')
         if figure.axes[0].get_legend_handles_labels()[0]:
-            figure.axes[0].legend()
+            handles = figure.axes[0].get_legend_handles_labels()
+            figure.legend(*handles, loc='outside upper right', ncols=2, handlelength=1.2)
         figure.suptitle(
             f'{title}: {100.0 * share.share:.2f} % of {len(rejected)} sets rejected, 95 % interval '
             f'{100.0 * share.low:.2f} to {100.0 * share.high:.2f} %',
@@ -63,8 +65,7 @@ def _histogram(axis: Any, values: Array, rejected: Array, log: bool) -> None:
     edges = np.linspace(low, high if high > low else low + 1.0, 41)
     if log and high > low:
         edges = np.geomspace(low, high, 41)
-        axis.set_xscale('log')
-    for chosen, colour, label in ((rejected, BLUE, 'rejected'), (~rejected, ORANGE, 'not')):
-        axis.hist(values[known & chosen], edges, color=colour, alpha=0.8, label=label)
-    axis.axvline(high, color=GREY, linewidth=0.6)
+        set_log(axis, True, np.array([low, high]))
+    axis.hist([values[known & chosen] for chosen in (rejected, ~rejected)], edges, stacked=True,
+              color=[BLUE, ORANGE], label=['rejected', 'not rejected'])  # fmt: skip
     axis.set_yscale('symlog', linthresh=1.0)

@@ -23,7 +23,7 @@ from .outcome import VERDICTS, Outcomes
 from .plan import Plan
 from .sets import Sets
 from .store import Store, Stretch
-from .table import batches, check_table, read_table, write_table
+from .table import batches, check_table, joined, known, read_table, write_table
 
 if TYPE_CHECKING:
     import pandas
@@ -57,7 +57,7 @@ class Sweep(Printed):
     bad: int
     seconds: float
     out: Path | None
-    _read: Callable[[], dict[str, Array]]
+    _read: Callable[[Sequence[str] | None], dict[str, Array]]
 
     def __repr__(self) -> str:
         return (
@@ -73,11 +73,17 @@ class Sweep(Printed):
     @cached_property
     def columns(self) -> dict[str, Array]:
         """The table, shape (sets,) each: a column per parameter, then verdict and numbers."""
-        return self._read()
+        return self._read(None)
+
+    def only(self, names: Sequence[str]) -> dict[str, Array]:
+        """Return some columns of the table: a table of millions of sets is large."""
+        if 'columns' in self.__dict__:
+            return {name: self.columns[name] for name in names}
+        return self._read(names)
 
     def __getitem__(self, column: str) -> Array:
         """Return one column of the table. Raises KeyError."""
-        return self.columns[column]
+        return self.only([column])[column]
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the table as a pandas DataFrame, a row a set. Raises EventregError without it."""
@@ -88,8 +94,9 @@ class Sweep(Printed):
 
     def as_json(self) -> dict[str, Any]:
         """Return what --json writes."""
-        named = dict(text.partition(':=')[::2] for text in self.plan.parameters)
-        varied = {axis.name: named[axis.name] for axis in self.plan.axes}
+        named = [text.partition(':=')[::2] for text in self.plan.parameters]
+        specs = {name.strip(): spec.strip() for name, spec in named}
+        varied = {axis.name: specs[axis.name] for axis in self.plan.axes}
         counts = ('sets', 'rejected', 'not_rejected', 'undecided', 'bad')
         return {
             'parameters': varied,
@@ -123,11 +130,10 @@ def run_sweep(
                 write_table(store.table, batches(plan.design, store))
                 store.finish(found)
 
-    def read() -> dict[str, Array]:
+    def read(names: Sequence[str] | None) -> dict[str, Array]:
         if scratch is None:
-            return read_table(store.table)
-        rows = list(batches(plan.design, store))
-        return {name: np.concatenate([part[name] for part in rows]) for name in rows[0]}
+            return read_table(store.table, names)
+        return joined(map(known, batches(plan.design, store)), names)
 
     return Sweep(plan, **found, out=out, _read=read)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -37,14 +38,29 @@ def batches(design: Design, store: Store) -> Iterator[dict[str, Array]]:
             pending.append({name: values[at : at + take] for name, values in columns.items()})
             at, held = at + take, held + take
             if held == GROUP:
-                yield _joined(pending)
+                yield joined(pending)
                 pending, held = [], 0
     if pending:
-        yield _joined(pending)
+        yield joined(pending)
 
 
-def _joined(parts: list[dict[str, Array]]) -> dict[str, Array]:
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+def joined(
+    parts: Iterable[Mapping[str, Array]], names: Sequence[str] | None = None
+) -> dict[str, Array]:
+    """Return one table of all the parts, with the columns ``names``, None: all. Raises KeyError."""
+    kept = [{name: part[name] for name in (names or part)} for part in parts]
+    return {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
+
+
+def known(part: Mapping[str, Array]) -> dict[str, Array]:
+    """Return a part of the table as it is read again: numbers without a verdict are NaN."""
+    bad = part['verdict'] == None  # noqa: E711 (elementwise)
+    if not bad.any():
+        return dict(part)
+    return {
+        name: np.where(bad, np.nan, values) if name in NUMBERS else values
+        for name, values in part.items()
+    }
 
 
 def columns_of(design: Design, first: int, outcomes: Outcomes) -> dict[str, Array]:
@@ -141,13 +157,13 @@ def _cell(name: str, value: Any, without: bool) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def read_table(path: Path) -> dict[str, Array]:
-    """Return the columns of a table; numbers that are not known are NaN.
+def read_table(path: Path, names: Sequence[str] | None = None) -> dict[str, Array]:
+    """Return the columns ``names`` of a table, None: all; numbers that are not known are NaN.
 
-    Raises EventregError for one that cannot be read.
+    Raises KeyError for other names, EventregError for a table that cannot be read.
     """
     try:
-        return _read_csv(path) if path.suffix == '.csv' else _read_parquet(path)
+        return (_read_csv if path.suffix == '.csv' else _read_parquet)(path, names)
     except (OSError, ValueError) as error:  # pyarrow's are these too
         reason = ' '.join(str(error).split())[:120]
         raise EventregError(
@@ -155,29 +171,70 @@ def read_table(path: Path) -> dict[str, Array]:
         ) from None
 
 
-def _read_csv(path: Path) -> dict[str, Array]:
+def _read_csv(path: Path, names: Sequence[str] | None) -> dict[str, Array]:
+    numbers = dict[str, bool]()
+    while True:
+        try:
+            return joined(_csv_parts(path, names, numbers))
+        except _NoNumberError as error:
+            numbers[str(error)] = False  # begin again: all of it are words
+
+
+class _NoNumberError(Exception):
+    """A column, which it names, holds words."""
+
+
+def _csv_parts(
+    path: Path, names: Sequence[str] | None, numbers: Mapping[str, bool]
+) -> Iterator[dict[str, Array]]:
+    """Yield the columns of a table in parts, as numbers except where ``numbers`` says no."""
     with path.open(newline='', encoding='utf-8') as file:
-        head, *lines = csv.reader(file)
-    columns = zip(head, zip(*lines, strict=True), strict=True)
-    return {name: _typed(name, column) for name, column in columns}
+        reader = csv.reader(file)
+        head = next(reader)
+        places = {name: head.index(name) if name in head else -1 for name in names or head}
+        for name, place in places.items():
+            if place < 0:
+                raise KeyError(name)
+        while lines := list(islice(reader, GROUP)):
+            yield {
+                name: _typed(name, [line[at] for line in lines], numbers.get(name, True))
+                for name, at in places.items()
+            }
 
 
-def _read_parquet(path: Path) -> dict[str, Array]:
+def _typed(name: str, words: Sequence[str], number: bool) -> Array:
+    if name in ('verdict', 'reason'):
+        known = {word: word or None for word in words}
+        return np.array([known[word] for word in words], dtype=object)
+    if not number:
+        return np.array(words, dtype=object)
+    try:
+        return np.array([float(word) if word else math.nan for word in words])
+    except ValueError:
+        raise _NoNumberError(name) from None
+
+
+def _read_parquet(path: Path, names: Sequence[str] | None) -> dict[str, Array]:
     import pyarrow.parquet as pq
 
-    table = pq.read_table(path)
-    return {
-        name: _typed(name, table.column(name).to_pylist())
-        if name in ('verdict', 'reason')
-        else table.column(name).to_numpy()
-        for name in table.column_names
-    }
+    with pq.ParquetFile(path) as file:
+        known = file.schema_arrow.names
+        for name in names or ():
+            if name not in known:
+                raise KeyError(name)
+        table = file.read(columns=list(names) if names else None)
+    return {name: _column(table.column(name)) for name in table.column_names}
 
 
-def _typed(name: str, words: Any) -> Array:
-    if name not in ('verdict', 'reason'):
-        try:
-            return np.array([float(word) if word else math.nan for word in words])
-        except ValueError:
-            return np.array(words, dtype=object)
-    return np.array([word or None for word in words], dtype=object)
+def _column(column: Any) -> Array:
+    """Return a column of pyarrow's; of words that are alike there is one."""
+    if str(column.type) != 'string':
+        found: Array = column.to_numpy()
+        return found
+    parts = []
+    for part in column.chunks:
+        words = part.dictionary_encode()
+        known = np.array([*words.dictionary.to_pylist(), None], dtype=object)
+        places = words.indices.fill_null(len(known) - 1).to_numpy(zero_copy_only=False)
+        parts.append(known[places])
+    return np.concatenate(parts)

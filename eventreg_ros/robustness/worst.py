@@ -45,14 +45,17 @@ class Worst(NamedTuple):
         return self.verdict == 'not rejected'
 
 
+OF_BADNESS = ('spurious', 'missed', 'residual_max_abs')
+"""The numbers of a row that say how bad a set is."""
+
+
 def badness(rows: Rows | Mapping[str, Array]) -> Numbers:
     """Return how bad each set is: its wrong events count most, then its residual; -1: no verdict.
 
     ``rows`` may be the columns of a table as well.
     """
     spurious, missed, size = (
-        np.nan_to_num(np.asarray(rows[name], dtype=np.float64), nan=-1.0)
-        for name in ('spurious', 'missed', 'residual_max_abs')
+        np.nan_to_num(np.asarray(rows[name], dtype=np.float64), nan=-1.0) for name in OF_BADNESS
     )
     unknown = size < 0.0
     return np.where(unknown, -1.0, (spurious + missed) * BAD + size)
@@ -68,7 +71,8 @@ def search(plan: Plan, budget: int, progress: Progress = lambda done, count: Non
     axes, sets = plan.axes, Sets(plan)
     if not axes:
         raise EventregError('--worst searches ranges, and none is given; add -p NODE.PARAM:=A..B')
-    count = min(budget, POPULATION)
+    rounds = -(-budget // POPULATION)
+    count = max(budget // rounds, 5)
     rng = np.random.default_rng(plan.seed)
     best: list[Any] = [-np.inf, None, None, 0]
     with pool_here() as pool:
@@ -87,8 +91,8 @@ def search(plan: Plan, budget: int, progress: Progress = lambda done, count: Non
         differential_evolution(
             objective,
             [(0.0, 1.0)] * len(axes),
-            init=np.clip(rng.random((max(count, 5), len(axes))), 0.0, 1.0 - 1e-12),
-            maxiter=max(budget // max(count, 5) - 1, 0),
+            init=np.clip(rng.random((count, len(axes))), 0.0, 1.0 - 1e-12),
+            maxiter=rounds - 1,
             tol=0.0, atol=-1.0, polish=False, vectorized=True, updating='deferred', seed=rng,
         )  # fmt: skip
     _, values, row, runs = best

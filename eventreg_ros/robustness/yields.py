@@ -15,7 +15,7 @@ from .design import problem
 from .plan import Plan
 from .sets import Sets
 from .sweep import Sweep
-from .worst import badness
+from .worst import OF_BADNESS, badness
 
 CONFIDENCE = 0.95
 
@@ -86,6 +86,27 @@ def worst_of(columns: Mapping[str, Array]) -> int | None:
     bad = badness(columns)
     at = int(np.argmax(bad)) if len(bad) else -1
     return at if at >= 0 and bad[at] >= 0.0 else None
+
+
+def worst_set(sweep: Sweep) -> list[Any] | None:
+    """Return the values of the worst set, see :func:`worst_of`."""
+    at = worst_of(sweep.only(OF_BADNESS))
+    if at is None:
+        return None
+    return [column[0] for column in sweep.plan.design.columns(at, at + 1)]
+
+
+def yield_of_sweep(sweep: Sweep) -> Yield:
+    """Return the yield of a sweep of random sets.
+
+    Of a sample of Saltelli's, whose sets are not independent, that of those that are: the first and
+    the last of each base.
+    """
+    if sweep.plan.sampling != 'saltelli':
+        return yield_of(sweep.rejected, sweep.sets)
+    size = len(sweep.plan.axes) + 2
+    rejected = (sweep['verdict'] == 'rejected').reshape(-1, size)[:, [0, -1]]
+    return yield_of(int(rejected.sum()), rejected.size)
 
 
 def scenario_text(plan: Plan, values: Sequence[Any]) -> str:

@@ -72,11 +72,14 @@ class Border(Printed):
 
         The grid's border is drawn where there is something that the followed one leaves out.
         """
-        from ..plots.sweep_map import draw_border
+        import numpy as np
+
+        from ..plots.sweep_map import draw_border, in_equal_ratios
 
         found, curves = self.on_grid, self.curves if self.followed.missed else []
+        logs = in_equal_ratios(np.sort(found.x)), in_equal_ratios(np.sort(found.y))
         return draw_border(  # type: ignore[no-any-return]
-            self.names, curves, found.points, self.plan.name, self.orbit
+            self.names, curves, found.points, self.plan.name, self.orbit, logs
         )
 
 

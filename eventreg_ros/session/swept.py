@@ -24,8 +24,8 @@ class Sweep(module.Sweep):
     def plot(self) -> Figure:
         """Return a matplotlib figure, which a notebook shows; ``savefig('sweep.pdf')`` writes it.
 
-        A grid of two parameters gives maps of verdict and residual, one of one parameter lines,
-        random sets histograms. Raises EventregError for a grid of more, or of words.
+        A grid of two parameters gives maps of verdict, wrong events and residual, one of one
+        parameter a line, random sets histograms. Raises EventregError for a grid of more.
         """
         from ..plots.sweep_plot import draw_result
 

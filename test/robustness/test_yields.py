@@ -11,7 +11,7 @@ from eventreg_ros.robustness.plan import Plan
 from eventreg_ros.robustness.sets import Sets
 from eventreg_ros.robustness.sweep import run_sweep
 from eventreg_ros.robustness.worst import search
-from eventreg_ros.robustness.yields import indices, worst_of, yield_of
+from eventreg_ros.robustness.yields import indices, worst_of, worst_set, yield_of, yield_of_sweep
 
 RATE = '/**.rate:=50'
 
@@ -39,6 +39,18 @@ def test_the_worst_set_has_most_wrong_events_then_the_largest_residual():
     assert worst_of({name: values[:1] for name, values in columns.items()}) is None
 
 
+def test_the_worst_set_of_a_sweep_has_its_values():
+    sweep = run_sweep(Plan.of(load('exact'), ['controller.k:={2,0.5,1}', RATE]))
+    assert worst_set(sweep) == [sweep['controller.k'][int(np.argmax(sweep['residual_max_abs']))]]
+    assert worst_set(run_sweep(Plan.of(load('exact'), ['controller.k:={-1,-2}', RATE]))) is None
+
+
+@pytest.mark.parametrize('budget', [5, 7, 65, 100])
+def test_the_search_keeps_to_its_budget(budget):
+    plan = Plan.of(load('exact'), ['controller.k:=1..2', RATE], sets=1, duration=20.0, settle=5.0)
+    assert budget - 1 <= search(plan, budget).runs <= budget
+
+
 def test_the_search_finds_an_event_where_few_sets_have_one():
     """With 1/tau_w within 9.25 to 13.25 k 0.7 rejects: only the edge of the range does not."""
     pytest.importorskip('numba')
@@ -62,6 +74,10 @@ def test_what_does_not_act_explains_nothing():
     sweep = run_sweep(Plan.of(load('exact'), ranges, sets=64, sampling='saltelli'))
     assert sweep.sets == 64 * 4
     found = {(index.quantity, index.parameter): index for index in indices(sweep)}
+    assert (
+        yield_of_sweep(sweep).share
+        == (sweep['verdict'] == 'rejected').reshape(64, 4)[:, [0, 3]].mean()
+    )
     tau, k = (found['residual_rms', name] for name in ('controller.tau', 'exosystem.k'))
     assert tau.first > 0.9
     assert abs(k.total) < 0.01  # k_w changes nothing in antiphase
