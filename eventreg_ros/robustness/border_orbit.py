@@ -30,16 +30,17 @@ from .plan import Plan
 from .sets import Sets
 from .sweep import pool_here
 
-STARTS = 12
+STARTS = 24
 """Points of the grid's border from which the curve is looked for, at most."""
 
-LONGEST = 2.0
-"""Longest step along the curve; like all lengths here in steps of the grid."""
+LONGEST, SHARE = 2.0, 0.01
+"""Longest step along the curve; like all lengths here in steps of the grid. On a large grid it is
+that part of its size."""
 
 FAILED = 8.0
 """Distance from a start that fails within which no other is tried."""
 
-SAME = 0.1
+SAME = 0.5
 """Distance within which two curves are the same."""
 
 FINEST, WIDER = 0.001, (0.05, 0.25, 1.0)
@@ -47,6 +48,9 @@ FINEST, WIDER = 0.001, (0.05, 0.25, 1.0)
 
 LONGER, SETTLED = 2.0, 100_000
 """Runs of the grid, but at most so many steps, after which the loop is on its orbit."""
+
+TOGETHER = 256
+"""Points whose distances are measured at a time: this bounds the memory."""
 
 LIMIT = 5.0
 """Seconds of processor time that following may take at most, if nothing else is said."""
@@ -112,7 +116,7 @@ class _Follower:
         exosystem, output = next(iter(loop.of_role('exosystem'))), plan.subject.plants[0].output
         self._orbits = Orbits(loop, exosystem, output, Numbers(self._sets, self._lines))
         high = np.array([len(border.x) - 1.0, len(border.y) - 1.0])
-        self._plane = Plane(self._near, high, LONGEST)
+        self._plane = Plane(self._near, high, max(LONGEST, SHARE * float(high.max())))
 
     def found(self) -> Followed:
         """Return the curve, confirmed by runs."""
@@ -137,9 +141,12 @@ class _Follower:
     def _columns(self, points: Array) -> list[Array]:
         return [line(points[:, i]) for i, line in enumerate(self._lines)]
 
-    def _near(self, point: Array, near: OnBorder) -> OnBorder:
+    def _need_time(self) -> None:
         if time.process_time() > self._until:
             raise OrbitError('it takes too long; give smaller ranges, or fewer values')
+
+    def _near(self, point: Array, near: OnBorder) -> OnBorder:
+        self._need_time()
         return self._of(self._orbits.at(point, near.orbit))
 
     def _of(self, orbit: Orbit) -> OnBorder:
@@ -158,6 +165,7 @@ class _Follower:
                 break
             start, away = todo[len(todo) // 2], NEAR
             try:
+                self._need_time()
                 walk = self._plane.curve(self._of(self._orbits.settled(start, self._time)))
             except EventregError as error:
                 reasons.append(str(error))
@@ -215,9 +223,10 @@ def _distance(points: Array, curves: Sequence[Curve]) -> Array:
     nearest = np.full(len(points), np.inf)
     for curve in curves:
         start, along = curve[:-1], np.diff(curve, axis=0)
-        apart = points[:, None] - start
         length = np.maximum((along**2).sum(axis=1), 1e-300)
-        part = np.clip((apart * along).sum(axis=2) / length, 0.0, 1.0)
-        left = np.linalg.norm(apart - part[..., None] * along, axis=2)
-        nearest = np.minimum(nearest, left.min(axis=1))
+        for i in range(0, len(points), TOGETHER):
+            apart = points[i : i + TOGETHER, None] - start
+            part = np.clip((apart * along).sum(axis=2) / length, 0.0, 1.0)
+            left = np.linalg.norm(apart - part[..., None] * along, axis=2).min(axis=1)
+            nearest[i : i + TOGETHER] = np.minimum(nearest[i : i + TOGETHER], left)
     return nearest

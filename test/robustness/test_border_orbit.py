@@ -195,6 +195,14 @@ def test_both_runs_have_to_say_so(monkeypatch, verdict):
 
 
 @pytest.mark.slow
+def test_it_ends_when_its_time_is_over():
+    plan, border, _ = found()
+    followed = follow(plan, border, limit=0.0)
+    assert (followed.points, followed.missed) == (0, sum(map(len, border.places)))
+    assert followed.reason == 'it takes too long; give smaller ranges, or fewer values'
+
+
+@pytest.mark.slow
 def test_an_orbit_that_does_not_attract_is_not_followed(monkeypatch):
     monkeypatch.setattr(border_orbit.Orbit, 'attracts', property(lambda orbit: False))
     plan, border, followed = found()
