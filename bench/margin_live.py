@@ -34,7 +34,7 @@ AROUND = {'delay': (-2, -1, 0, 1, 2), 'loss': (-30, -15, 0, 15, 30), 'jitter': (
 def offline(name: str, kind: str) -> float:
     """Return the limit of a scenario by simulations as long as the runs."""
     scenario = scenarios.load(name)
-    setting = Setting(SECONDS * scenario.time_scale, SETTLE, rate=scenario.rate)
+    setting = Setting(SECONDS * scenario.time_scale, SETTLE, seeds=5, rate=scenario.rate)
     found = limit(Evaluator(scenario, 'zero', scenario.rate, setting), kind)
     assert found.largest is not None
     return found.largest

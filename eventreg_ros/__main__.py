@@ -4,11 +4,21 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
 
 from . import interrupts
+
+COMPUTING = ('margin', 'simulate', 'sweep')
+"""Verbs that are there to compute, and shall begin with it soon."""
+
+
+def hurry() -> None:
+    """Spare a process what costs it half a second of processor time and is of no use to it."""
+    gc.set_threshold(100_000)  # importing makes many objects and no garbage
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # the others would wait in a busy loop
 
 
 def main() -> int:
@@ -22,6 +32,8 @@ def main() -> int:
         offer()
     from .cli.main import main as command
 
+    if sys.argv[1:2] and sys.argv[1] in COMPUTING:
+        hurry()
     try:
         code = command()
     finally:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..files import need_writable, writing
+from ..scenario.criteria import SEEDS
 from .arguments import (
     add_json,
     add_scenario,
@@ -40,8 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--duration', type=positive, metavar='T', help='of a run, model time (300 after settling)'
     )
     parser.add_argument(
-        '--seeds', type=whole(1), default=5, metavar='N', help='runs that must all be rejected (5)'
-    )
+        '--seeds', type=whole(1), default=SEEDS, metavar='N',
+        help=f'runs that must all be rejected ({SEEDS})',
+    )  # fmt: skip
     parser.add_argument(
         '--rate', type=positive, metavar='R',
         help="steps per second (the scenario's; for delays so many that h is at most 0.01)",

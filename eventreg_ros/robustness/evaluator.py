@@ -3,20 +3,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 from ..analysis.rejection import NOT_REJECTED, REJECTED
 from ..analysis.subject import subject_of
 from ..errors import EventregError, ModelError
 from ..scenario import Scenario
-from ..scenario.criteria import SETTLE, WINDOW
+from ..scenario.criteria import SEEDS, SETTLE, WINDOW
 from ..simulation.impairment import PERFECT, Impairment
 from ..simulation.lanes import Start
+from ..simulation.lanes_source import LANES
 from ..simulation.sampled import SampledLoop
 from .lane_group import Template
 from .lane_run import lanes_can, run_alike
 from .outcome import VERDICTS, judged
+
+FEW = 4 * LANES
+"""Runs up to which all seeds are run at once; beyond, only those of values that pass the first."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,7 @@ class Setting:
     duration: float = 400.0
     settle: float = SETTLE
     window: float = WINDOW
-    seeds: int = 5
+    seeds: int = SEEDS
     rate: float | None = None
 
     @classmethod
@@ -41,7 +46,7 @@ class Setting:
         duration: float | None = None,
         settle: float | None = None,
         window: float | None = None,
-        seeds: int = 5,
+        seeds: int = SEEDS,
         rate: float | None = None,
     ) -> Setting:
         """Return the setting that ``scenario`` asks for, except what is given."""
@@ -80,6 +85,7 @@ class Evaluator:
         criteria = subject.criteria.overridden(settle=setting.settle, window=setting.window)
         self._subject = replace(subject, criteria=criteria)
         self.hold, self.rate, self.h = hold, rate, self._loop.h
+        self.seeds = setting.seeds
         self.on = on
         listened = {signal for _, signal in self._loop.links}
         self.linked = [signal for signal in self._loop.signals if signal in listened]
@@ -89,21 +95,40 @@ class Evaluator:
         self._template = Template(loop, self._subject, setting.duration)
         self._in_lanes = lanes_can(loop, steps, self._subject)
 
-    def prepare(self, impairments: Iterable[Impairment]) -> None:
-        """Run what will be asked for, all at once, where runs can go side by side."""
-        if not self._in_lanes:
-            return
-        wanted = [self._on(seeded) for each in impairments for seeded in self._seeds(each)]
+    def on_only(self, on: str | tuple[str, ...] | None) -> Evaluator:
+        """Return the same with the links of ``on`` impaired; what one of them has run, all know."""
+        other = copy(self)
+        other.on = on
+        return other
+
+    @property
+    def family(self) -> int | None:
+        """What those have in common that can run side by side; None: each must run by itself."""
+        return id(self._known) if self._in_lanes else None
+
+    def prepare(self, impairments: Iterable[Impairment], *, shares: bool = False) -> None:
+        """Run what will be asked for, all at once, where runs can go side by side.
+
+        That is what :meth:`rejected` asks for, or with ``shares`` what :meth:`share` does.
+        """
+        prepare([(self, each) for each in impairments], shares=shares)
+
+    def run(self, wanted: Iterable[Impairment]) -> None:
+        """Run all that is not known, side by side; what fails is left to :meth:`verdict`."""
         wanted = [each for each in dict.fromkeys(wanted) if each not in self._known]
         if wanted:
             blocks = list(self._template.loop.blocks.values())
-            found = run_alike(self._template, Start.of([blocks] * len(wanted)), wanted)
+            found = run_alike(self._template, Start.of([blocks]).times(len(wanted)), wanted)
             words = [VERDICTS[i] or NOT_REJECTED for i in found.rows['verdict'].tolist()]
             known = dict(zip(wanted, words, strict=True))
             if self._template.loop.foreign_models:  # what failed is run again, by itself
                 for i in found.reasons:
                     del known[wanted[i]]
             self._known.update(known)
+
+    def knows_rejected(self, run: Impairment) -> bool:
+        """Say whether a run of these links has been seen to be rejected."""
+        return self._known.get(run) == REJECTED
 
     def _on(self, impairment: Impairment) -> Impairment:
         if self.on is None:
@@ -143,5 +168,21 @@ class Evaluator:
             yield self.verdict(seeded) == REJECTED
 
     def _seeds(self, impairment: Impairment) -> list[Impairment]:
-        seeds = range(self._setting.seeds if impairment.random else 1)
+        seeds = range(self.seeds if impairment.random else 1)
         return [replace(impairment, seed=seed) for seed in seeds]
+
+    def runs_of(self, impairment: Impairment) -> list[Impairment]:
+        """Return what is run for an impairment: with each seed, on the links that are impaired."""
+        return self._seeds(self._on(impairment))
+
+
+def prepare(asked: Sequence[tuple[Evaluator, Impairment]], *, shares: bool = False) -> None:
+    """Run what evaluators of one family will be asked for; see :meth:`Evaluator.prepare`."""
+    if not asked or asked[0][0].family is None:
+        return
+    run, known = asked[0][0].run, asked[0][0].knows_rejected
+    runs = [each.runs_of(impairment) for each, impairment in asked]
+    if not shares and sum(map(len, runs)) > FEW:
+        run(first for first, *_ in runs)
+        runs = [seeds for seeds in runs if known(seeds[0])]
+    run(each for seeds in runs for each in seeds)

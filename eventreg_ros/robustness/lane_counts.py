@@ -62,7 +62,7 @@ class Rules(NamedTuple):
 
 def take(
     seen: Seen, rules: Rules, out: Array, residual: Array, stack: Array,
-    work: Array, ring: Array, motion: Any,
+    work: Array, ring: Array, tables: Any, lags: Any, motion: Any,
 ) -> None:  # fmt: skip
     """Take blocks of lanes through all steps, a chunk at a time, and watch what they do.
 
@@ -76,7 +76,9 @@ def take(
         _copy(seen.first[b], out[0])
         while last < steps:
             first, last = last, min(last + len(out) - 1, steps)
-            advance(first, last, out, work[b], ring[b], *motion)  # type: ignore[name-defined] # noqa: F821
+            advance(  # type: ignore[name-defined] # noqa: F821
+                first, last, out, work[b], ring[b], tables[b], lags[b], *motion
+            )
             for j in range(seen.level.shape[1]):
                 watch(
                     out, last - first, j, rules.t[first : last + 1], rules.threshold, rules.reset,

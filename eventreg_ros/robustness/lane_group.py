@@ -16,7 +16,8 @@ from ..errors import EventregError
 from ..models import Params
 from ..simulation.block import BlockSpec
 from ..simulation.impairment import Impairment, Received, received
-from ..simulation.lanes import Course, Lanes, Links, Start, structure_of
+from ..simulation.lane_links import Links, law_of
+from ..simulation.lanes import Course, Lanes, Start, structure_of
 from ..simulation.lanes_source import COMMON, LANES, PERFECT, SCATTERED, Structure
 from ..simulation.loop import Loop
 from ..simulation.model_errors import ANYTHING
@@ -92,9 +93,24 @@ class Group:
         groups = [group for group in alike.values() if not several or len(group) >= ENOUGH]
         one = len({noise.seed for noise in self._noises}) > 1  # draws are of one block
         together = LANES * (1 if one else max(1, min(BLOCKS, self.count // (LANES * SHARES))))
-        for places, size in [*((group, together) for group in groups), (rest, LANES)]:
-            for first in range(0, len(places), size):
-                yield np.array(places[first : first + size])
+        for group in groups:
+            for first in range(0, len(group), together):
+                yield np.array(group[first : first + together])
+        yield from self._mixed(rest, together)
+
+    def _mixed(self, places: list[int], together: int) -> Iterator[Any]:
+        """Yield places with various links, so many together; few different tables in each."""
+        each = self._impairments
+        go, laws = list[int](), set[Impairment]()
+        for i in sorted(places, key=lambda i: _order(each[i])):
+            law = law_of(each[i])
+            if len(go) >= together or (len(laws) == LANES and law not in laws):
+                yield np.array(go)
+                go, laws = [], set()
+            go.append(i)
+            laws.add(law)
+        if go:
+            yield np.array(go)
 
     def case(self, i: int) -> Case:
         """Return the case at place ``i`` by itself."""
@@ -164,13 +180,20 @@ class Group:
 
     def _links(self, impairments: Sequence[Impairment]) -> tuple[str, Links]:
         """Return what the links of lanes with these impairments are, and what they receive."""
-        asked = impairments[:1] if len(set(impairments)) == 1 else impairments
-        if not any(each.delay or each.loss or each.jitter for each in asked):
+        several = self.count > 1  # a case alone is as quick with links of its own
+        if several and not any(each.delay or each.loss or each.jitter for each in impairments):
             return PERFECT, Links.perfect()
-        have = [_received(self._signals, self._steps, self._h, each) for each in asked]
-        if len(asked) == 1:
-            return COMMON, Links.common(have[0])
-        return SCATTERED, Links.scattered(have)
+        if several and len(set(impairments)) == 1:
+            return COMMON, Links.common(
+                _received(self._signals, self._steps, self._h, impairments[0])
+            )
+        return SCATTERED, Links.scattered(self._signals, self._steps, self._h, impairments)
+
+
+def _order(impairment: Impairment) -> tuple[int, float, float, list[str], float]:
+    """Return by what cases are sorted, such that those next to each other share tables."""
+    on = sorted(impairment.on or ())
+    return impairment.seed, impairment.loss, impairment.jitter, on, impairment.delay
 
 
 def _plain(impairment: Impairment) -> Impairment:

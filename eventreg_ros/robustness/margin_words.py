@@ -10,6 +10,9 @@ from ..scenario import Scenario
 from .evaluator import Setting
 from .margins import Limit, Map
 
+QUANTILE = 1.959964
+"""Of the normal distribution, for an interval that holds in 95 of 100 cases."""
+
 
 def result(
     scenario: Scenario, setting: Setting, limits: list[Limit], found: Map | None
@@ -62,10 +65,11 @@ def table(scenario: Scenario, setting: Setting, limits: list[Limit]) -> str:
     """Return the limits as a short plain table, one row per impairment, one column per hold."""
     holds = list(dict.fromkeys(limit.hold for limit in limits))
     seeds = f'{setting.seeds} seed{"s" if setting.seeds != 1 else ""}'
+    least = f'so at least {100.0 * least_share(setting.seeds):.0f} % of all runs'
     lines = [
         f'{scenario.name}: the largest that the loop tolerates, on every link or on those of one '
         f'signal (time_scale {scenario.time_scale:g}, {setting.duration:g} model time units, '
-        f'counted after {setting.settle:g}, {seeds})',
+        f'counted after {setting.settle:g}; loss and jitter: every one of {seeds}, {least})',
         f'{"":12}' + ''.join(f'{f"hold {hold}":>20}' for hold in holds) + f'{"resolution":>12}  at',
     ]
     for name, rate in dict.fromkeys((limit.name, limit.rate) for limit in limits):
@@ -74,6 +78,14 @@ def table(scenario: Scenario, setting: Setting, limits: list[Limit]) -> str:
         at = f'{row[0].rate:g} samples per second (h = {row[0].h:g})'
         lines.append(f'{name:12}{cells}{row[0].resolution:>12g}  {at}')
     return '\n'.join([*lines, *notes(limits)])
+
+
+def least_share(seeds: int) -> float:
+    """Return the least part of all runs that are rejected, where those of all ``seeds`` are.
+
+    The lower end of Wilson's interval at 95 %.
+    """
+    return seeds / (seeds + QUANTILE**2)
 
 
 def words(limit: Limit, scenario: Scenario) -> str:

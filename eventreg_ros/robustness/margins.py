@@ -12,9 +12,10 @@ values of the scan beyond the first failure that are rejected again are reported
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache
 
 import numpy as np
 
@@ -24,8 +25,8 @@ from ..simulation.hold import HOLDS
 from ..simulation.impairment import PERFECT, Impairment
 from ..simulation.loop import Loop
 from ..simulation.trajectory import Array
-from .evaluator import Evaluator, Setting
-from .scans import FARTHEST_DELAY, further, scan_of, search, search_on
+from .evaluator import Evaluator, Setting, prepare
+from .scans import AHEAD, FARTHEST_DELAY, finished, further, scan_of, search_on, searching
 
 KINDS = ('delay', 'loss', 'jitter')
 
@@ -101,10 +102,9 @@ def margins(
     ]
     cases += [('delay', own, None)] if own != fine else []
     cases += [('delay', fine, signal) for signal in linked]
+    of = cache(lambda hold, rate: Evaluator(scenario, hold, rate, setting))
     searches = [
-        (Evaluator(scenario, hold, rate, setting, signal), kind)
-        for hold in HOLDS
-        for kind, rate, signal in cases
+        (of(hold, rate).on_only(signal), kind) for hold in HOLDS for kind, rate, signal in cases
     ]
     return _search_all(searches, progress)
 
@@ -129,10 +129,27 @@ def _of_predicting(
 
 
 def _search_all(searches: Sequence[tuple[Evaluator, str]], progress: Progress) -> list[Limit]:
-    return [
-        limit(trial, kind, partial(progress, done, len(searches)))
-        for done, (trial, kind) in enumerate(searches)
-    ]
+    """Search all limits, those side by side whose runs can go so."""
+    families: dict[object, list[int]] = defaultdict(list)
+    for i, (trial, _) in enumerate(searches):
+        families[trial.family or f'alone {i}'].append(i)
+    found: dict[int, Limit] = {}
+
+    def tried(words: str) -> None:
+        progress(len(found), len(searches), words)
+
+    for places in families.values():
+        steps = {i: _limit_by_steps(*searches[i], tried) for i in places}
+        while steps:
+            asked: list[tuple[Evaluator, Impairment]] = []
+            for i, step in list(steps.items()):
+                try:
+                    asked += [(searches[i][0], each) for each in next(step)]
+                except StopIteration as end:
+                    found[i] = end.value
+                    del steps[i]
+            prepare(asked)
+    return [found[i] for i in range(len(searches))]
 
 
 def to_and_fro(loop: Loop) -> list[str]:
@@ -172,8 +189,15 @@ def _impairment(kind: str, value: float) -> Impairment:
     return Impairment(loss=value) if kind == 'loss' else Impairment(jitter=value)
 
 
-def limit(trial: Evaluator, kind: str, tried: Callable[[str], None] = lambda words: None) -> Limit:
-    """Search the largest ``kind`` (of :data:`KINDS`) that a trial tolerates, the others being 0.
+def limit(trial: Evaluator, kind: str) -> Limit:
+    """Search the largest ``kind`` (of :data:`KINDS`) that a trial tolerates, the others being 0."""
+    return finished(_limit_by_steps(trial, kind, lambda words: None), trial.prepare)
+
+
+def _limit_by_steps(
+    trial: Evaluator, kind: str, tried: Callable[[str], None]
+) -> Generator[list[Impairment], None, Limit]:
+    """Search a limit step by step: yield the impairments that will be asked for, then go on.
 
     ``tried`` takes a few words on each value that was tried.
     """
@@ -188,10 +212,11 @@ def limit(trial: Evaluator, kind: str, tried: Callable[[str], None] = lambda wor
         tried(f'{trial.hold} hold, {name} {value(k):g}: {"" if result else "not "}rejected')
         return result
 
-    def prepare(numbers: Iterable[int]) -> None:
-        trial.prepare(_impairment(kind, value(k)) for k in numbers)
+    def asked(numbers: Iterable[int]) -> list[Impairment]:
+        return [_impairment(kind, value(k)) for k in numbers]
 
-    largest, failure, again = search(passes, scan, prepare)
+    ahead = AHEAD if kind == 'delay' or trial.seeds == 1 else 1
+    largest, failure, again = yield from searching(passes, scan, asked, ahead)
     if kind == 'delay' and trial.predicts and failure is None and largest is not None:
         beyond = further(trial.h)
         largest, failure = search_on(passes, [largest, *beyond])
@@ -249,8 +274,9 @@ def delay_and_loss(
     rejected = {hold: np.zeros((rows, len(delays))) for hold in HOLDS}
     for i, loss in enumerate(losses.tolist()):
         for trial in trials:
-            trial.prepare(Impairment(delay=delay, loss=loss) for delay in delays.tolist())
-            row = [trial.share(Impairment(delay=delay, loss=loss)) for delay in delays.tolist()]
+            cells = [Impairment(delay=delay, loss=loss) for delay in delays.tolist()]
+            trial.prepare(cells, shares=True)
+            row = [trial.share(cell) for cell in cells]
             rejected[trial.hold][i] = row
         progress(i + 1, rows, f'loss {loss:g}')
     return Map(rate, h, delays, losses, rejected)

@@ -4,12 +4,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from itertools import pairwise
+from typing import TypeVar
+
+T = TypeVar('T')
+Result = TypeVar('Result')
 
 LOSS_UNIT = 0.005
-AHEAD = 3
+AHEAD = 4
 """Steps of a bisection for which everything is run that they may ask for."""
+
+Found = tuple[int | None, int | None, tuple[int, ...]]
+"""The last number that passes before the first failure (None: not even the first of the scan), the
+first failure (None: there is none), and the numbers of the scan beyond it that pass again."""
 
 FARTHEST_DELAY, FARTHEST_JITTER = 2.0, 20.0
 """Model time up to which is scanned."""
@@ -38,19 +46,25 @@ def scan_of(kind: str, h: float) -> tuple[list[int], float]:
     return sorted({min(round(2.0 ** (i / 2)), most) for i in powers} | {0}), h
 
 
-def search(
-    passes: Callable[[int], bool],
-    scan: Sequence[int],
-    prepare: Callable[[Iterable[int]], None] = lambda numbers: None,
-) -> tuple[int | None, int | None, tuple[int, ...]]:
+def search(passes: Callable[[int], bool], scan: Sequence[int]) -> Found:
     """Find the edge of ``passes`` over the increasing whole numbers of ``scan``.
 
-    Returns the last number that passes before the first failure (None: not even the first of
-    ``scan``), the first failure (None: there is none), and the numbers of ``scan`` beyond it that
-    pass again. Between two numbers of ``scan``, ``passes`` is taken for monotone. ``prepare`` takes
-    the numbers that may be asked for next.
+    Between two numbers of ``scan``, ``passes`` is taken for monotone.
     """
-    prepare(scan)
+    return finished(searching(passes, scan, list))
+
+
+def searching(
+    passes: Callable[[int], bool],
+    scan: Sequence[int],
+    asked: Callable[[Iterable[int]], T],
+    ahead: int = AHEAD,
+) -> Generator[T, None, Found]:
+    """Search step by step: yield what is ``asked`` of numbers that will be tried next, then go on.
+
+    In the bisection these are all that may be tried in so many steps ``ahead``.
+    """
+    yield asked(scan)
     if not passes(scan[0]):
         return None, scan[0], ()
     good = [True, *(passes(k) for k in scan[1:])]
@@ -60,10 +74,24 @@ def search(
     again = tuple(k for k, g in zip(scan[first:], good[first:], strict=True) if g)
     low, high = scan[first - 1], scan[first]
     while high - low > 1:
-        prepare(_middles(low, high, AHEAD))
-        middle = (low + high) // 2
-        low, high = (middle, high) if passes(middle) else (low, middle)
+        yield asked(_middles(low, high, ahead))
+        for _ in range(ahead):
+            if high - low > 1:
+                middle = (low + high) // 2
+                low, high = (middle, high) if passes(middle) else (low, middle)
     return low, high, again
+
+
+def finished(
+    steps: Generator[T, None, Result], take: Callable[[T], object] = lambda asked: None
+) -> Result:
+    """Go through all steps of a search, handing each to ``take``; return what it finds."""
+    while True:
+        try:
+            take(next(steps))
+        except StopIteration as end:
+            found: Result = end.value
+            return found
 
 
 def _middles(low: int, high: int, depth: int) -> set[int]:

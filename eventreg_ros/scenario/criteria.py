@@ -17,6 +17,10 @@ SETTLE = 100.0
 WINDOW = 5.0
 BLIND = 5.0
 
+SEEDS = 20
+"""Runs of a random impairment that must all be rejected, for a margin. Where they are, at least
+84 % of all such runs are (the lower end of Wilson's interval, 95 %)."""
+
 JUDGED = 300.0
 """Model time after ``settle`` over which a run is judged, unless its duration is given."""
 

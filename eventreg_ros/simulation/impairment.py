@@ -50,6 +50,26 @@ class Impairment:
         """Whether the seed matters."""
         return self.loss > 0.0 or self.jitter > 0.0
 
+    def law(self, signal: str, steps: int, h: float) -> Law:
+        """Return what happens on the links of ``signal`` in a run of steps of length ``h``."""
+        if self.on is not None and signal not in self.on:
+            return Law(0, 0.0, 0.0)
+        delay = round(min(self.delay / h, float(steps)))
+        return Law(delay, self.loss, min(self.jitter / h, float(MAX_STEPS)))
+
+
+class Law(NamedTuple):
+    """An impairment of one link; ``delay`` and ``jitter`` in steps."""
+
+    delay: int
+    loss: float
+    jitter: float
+
+    @property
+    def random(self) -> bool:
+        """Whether the seed matters."""
+        return self.loss > 0.0 or self.jitter > 0.0
+
 
 PERFECT = Impairment()
 
@@ -85,17 +105,13 @@ def received(
     With ``leads`` (steps, one per link) a sample that arrives sooner than so many steps after it
     was sent counts as arriving then. Unless ``with_used``, ``used`` stays empty.
     """
-    delay = round(min(impairment.delay / h, float(steps)))
-    jitter = min(impairment.jitter / h, float(MAX_STEPS))
     newest = np.empty((len(signals), steps), dtype=np.int64)
     previous = np.empty_like(newest)
     used = np.full((len(signals), steps if with_used else 0), -1, dtype=np.int64)
     for link, signal in enumerate(signals):
-        impaired = impairment.on is None or signal in impairment.on
-        law = (delay, impairment.loss, jitter) if impaired else (0, 0.0, 0.0)
-        lead = leads[link] if leads else 0
-        if law[1:] == (0.0, 0.0):
-            newest[link] = np.maximum(np.arange(steps) - max(law[0], lead), -1)
+        law, lead = impairment.law(signal, steps, h), leads[link] if leads else 0
+        if not law.random:
+            newest[link] = np.maximum(np.arange(steps) - max(law.delay, lead), -1)
             previous[link] = np.maximum(newest[link] - 1, -1)
             used[link] = np.arange(used.shape[1])
             continue
@@ -113,7 +129,7 @@ def _arrivals(
 ) -> tuple[Index, Index]:
     """Return the numbers of the samples that one link uses and when each arrives, both in order."""
     sent = np.arange(steps, dtype=np.int64)
-    arrival, draws = sent + delay, _known_draws if steps <= SHORT else _draws
+    arrival = sent + delay
     if jitter > 0.0:
         arrival = arrival + np.floor(jitter * draws(seed, link, 1, steps)).astype(np.int64)
     if loss > 0.0:
@@ -127,9 +143,15 @@ def _arrivals(
     return sent, arrival
 
 
-def _draws(seed: int, link: int, of: int, steps: int) -> npt.NDArray[np.float64]:
+def draws(seed: int, link: int, of: int, steps: int) -> npt.NDArray[np.float64]:
     """Return the random numbers of one link, of its loss (0) or its jitter (1), for all laws."""
+    if steps > SHORT:
+        return _draws(seed, link, of, steps)
+    return (_known_draws if steps > SHORT // 16 else _known_short)(seed, link, of, steps)
+
+
+def _draws(seed: int, link: int, of: int, steps: int) -> npt.NDArray[np.float64]:
     return np.random.default_rng((seed, link, of)).random(steps)
 
 
-_known_draws = lru_cache(maxsize=32)(_draws)
+_known_draws, _known_short = lru_cache(maxsize=32)(_draws), lru_cache(maxsize=512)(_draws)

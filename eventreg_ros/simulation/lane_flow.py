@@ -13,7 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .lanes import Course, Lanes, Links, Start, compiled_with, first_output, structure_of
+from .impairment import Index
+from .lane_links import Links
+from .lanes import Course, Lanes, Start, compiled_with, first_output, structure_of
 from .lanes_source import LANES, PERFECT, layout
 from .loop import Loop
 from .trajectory import Array
@@ -91,13 +93,18 @@ class LaneFlow:
         wanted = self._structure.wanted
         out = np.empty((blocks, steps + 1, len(wanted), LANES))
         out[:, 0] = table[:, [self._rows[len(self._of_blocks) + s] for s in wanted]]
-        self._take(out, steps, lanes.work, lanes.ring, lanes.motion)
+        self._take(out, steps, lanes.work, lanes.ring, lanes.tables, lanes.lags, lanes.motion)
         ends = table[:, self._rows].swapaxes(1, 2).reshape(blocks * LANES, -1)
         samples = out.transpose(0, 3, 2, 1).reshape(blocks * LANES, len(wanted), -1)
         return Passage(ends[: len(z)], samples[: len(z)])
 
 
-def take(out: Array, steps: int, work: Array, ring: Array, motion: tuple[object, ...]) -> None:
+def take(
+    out: Array, steps: int, work: Array, ring: Array, tables: Index, lags: Index,
+    motion: tuple[object, ...],
+) -> None:  # fmt: skip
     """Take blocks of lanes through all steps and keep all samples; compiled with ``advance``."""
     for b in range(len(work)):
-        advance(0, steps, out[b], work[b], ring[b], *motion)  # type: ignore[name-defined] # noqa: F821
+        advance(  # type: ignore[name-defined] # noqa: F821
+            0, steps, out[b], work[b], ring[b], tables[b], lags[b], *motion
+        )

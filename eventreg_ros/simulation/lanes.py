@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,9 +22,9 @@ from ..models import Params, State
 from .block import BlockSpec, make_advance
 from .code_cache import generated
 from .hold import line
-from .impairment import Index, Received
 from .jit import compile_callee, compile_entry, inliner
 from .kernel import NOBODY
+from .lane_links import Links
 from .lanes_source import COMMON, LANES, LaneBlock, Structure, layout, source_of
 from .loop import Loop
 from .trajectory import Array
@@ -79,55 +79,6 @@ def compiled_with(structure: Structure, watcher: FunctionType) -> Any:
     return compile_entry(FunctionType(watcher.__code__, home, watcher.__name__))
 
 
-class Links(NamedTuple):
-    """What all links have received at each step, as the kernel reads it.
-
-    Common to all lanes, both have shape (links, steps); scattered, (links, steps, LANES). ``reach``
-    is how many steps back the oldest sample lies that is still needed.
-    """
-
-    newest: Index | npt.NDArray[np.int32]
-    previous: Index | npt.NDArray[np.int32]
-    reach: int
-
-    @classmethod
-    def perfect(cls) -> Links:
-        """Return the links of lanes in which every sample arrives at once."""
-        nothing = np.empty(0, dtype=np.int64)
-        return cls(nothing, nothing, 0)
-
-    @classmethod
-    def common(cls, have: Received) -> Links:
-        """Return the links of lanes that have all received the same samples."""
-        return cls(have.newest.ravel(), have.previous.ravel(), _reach(have))
-
-    @classmethod
-    def scattered(cls, each: Sequence[Received]) -> Links:
-        """Return the links of lanes with samples of their own; further lanes do as the last."""
-        newest = _by_lane([have.newest.ravel() for have in each])
-        previous = _by_lane([have.previous.ravel() for have in each])
-        return cls(newest, previous, max(map(_reach, each)))
-
-
-def _by_lane(tables: Sequence[Index]) -> npt.NDArray[np.int32]:
-    """Return flat tables with the lane as their last index; further lanes do as the last."""
-    rows = np.empty((LANES, len(tables[0])), dtype=np.int32)
-    for lane, table in enumerate(tables):
-        rows[lane] = table
-    rows[len(tables) :] = tables[-1]
-    return np.ascontiguousarray(rows.T).ravel()
-
-
-def _reach(have: Received) -> int:
-    back = 0
-    for newest, previous in zip(have.newest, have.previous, strict=True):
-        none, one = np.count_nonzero(newest < 0), np.count_nonzero(previous < 0)
-        n = np.arange(len(newest))
-        for oldest in (n[none:one] - newest[none:one], n[one:] - previous[one:]):
-            back = max(back, int(oldest.max(initial=0)))
-    return back
-
-
 @dataclass(frozen=True)
 class Course:
     """What a block of lanes has in common.
@@ -172,6 +123,14 @@ class Start:
             [np.array([first_output(spec) for spec in specs]) for specs in blocks],
         )
 
+    def times(self, count: int) -> Start:
+        """Return the start of so many times the same sets."""
+        x, params, outputs, sds = (
+            [np.repeat(array, count, axis=0) for array in part]
+            for part in (self.x, self.params, self.outputs, self.sds)
+        )
+        return Start(x, params, outputs, sds)
+
 
 def first_output(spec: BlockSpec, x: State | None = None, params: Params | None = None) -> float:
     """Return the output of a block at the start, before any input has come."""
@@ -184,7 +143,8 @@ class Lanes:
     """Blocks of lanes at their start; :func:`compiled_with` takes them on.
 
     ``work`` (blocks, numbers) and ``ring`` (blocks, numbers) are what ``advance`` reads and writes
-    of each block, flat; ``first`` are the wanted samples at the start, (blocks, wanted, LANES).
+    of each block, flat; ``tables`` and ``lags`` are those of :class:`.lane_links.Links`; ``first``
+    are the wanted samples at the start, (blocks, wanted, LANES).
     """
 
     def __init__(self, course: Course, start: Start) -> None:
@@ -195,6 +155,10 @@ class Lanes:
         self._work = np.zeros((blocks, self._layout.rows, LANES))
         self._size = 1 << (course.links.reach + 1).bit_length()
         self._ring = np.zeros((blocks, self._size, course.structure.signals, LANES))
+        nothing = np.empty((blocks, 0), dtype=np.int64)
+        self.tables, self.lags = (
+            nothing if each is None else each for each in (course.links.tables, course.links.lags)
+        )
         self._fill(start)
         self.work, self.ring = (each.reshape(blocks, -1) for each in (self._work, self._ring))
         self.first = np.ascontiguousarray(self._ring[:, 0, list(course.structure.wanted)])
@@ -235,6 +199,7 @@ class Lanes:
             course.open_inputs.shape[2],
             course.links.newest,
             course.links.previous,
+            course.links.span,
             course.steps,
             course.horizons,
             course.noise.ravel(),

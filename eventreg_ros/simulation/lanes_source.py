@@ -108,13 +108,13 @@ def source_of(structure: Structure) -> str:
     """Return the source of ``advance``, which takes a run from step ``first`` to ``last``.
 
     ``out`` takes the samples of the wanted signals: row 0 those before, then one per step.
-    ``work`` and ``ring`` are those of a block of :class:`.lanes.Lanes`; what follows is its
+    ``work`` to ``lags`` are those of a block of :class:`.lanes.Lanes`; what follows is its
     ``motion``.
     """
     return '\n'.join(
         [
-            'def advance(first, last, out, work, ring, h, mask, open_inputs, stride, newest,'
-            ' previous, steps, horizons, noise, width):',
+            'def advance(first, last, out, work, ring, tables, lags, h, mask, open_inputs, stride,'
+            ' newest, previous, span, steps, horizons, noise, width):',
             '    for n in range(first, last):',
             *(f'        {line}' for line in _step(structure)),
             '',
@@ -237,16 +237,25 @@ def _own_link(
     signals: int, link: int, source: int, horizon: str, base: str, slope: str
 ) -> Iterator[str]:
     """Yield the same where each set has received samples of its own."""
-    place = f'({link} * steps + n) * L + a'
-    yield from _lanes(
-        f'i, j = newest[{place}], previous[{place}]',
-        'back = i if j < 0 else j',
-        'gap = 1.0 if j < 0 else float(i - j)',
+    late = f'm = n - lags[{link} * L + a]'
+    found = (
         f'now = (i & mask) * {signals * LANES} + {source} * L + a',
         f'before = (back & mask) * {signals * LANES} + {source} * L + a',
         f'b, s = line(ring[now], ring[before], float(n - i), gap, {horizon})',
         f'{base} = 0.0 if i < 0 else b',
         f'{slope} = 0.0 if i < 0 else s',
+    )
+    yield 'if span == 1:'  # nothing is lost, and all comes in order
+    yield from _inside(late, 'i = m', 'back = i - 1 if i > 0 else i', 'gap = 1.0', *found)
+    yield 'else:'
+    yield from _inside(
+        late,
+        f'place = tables[a] + {link} * span + max(m, 0)',
+        'i = m - newest[place]',
+        'j = i - previous[place]',
+        'back = i if j < 0 else j',
+        'gap = 1.0 if j < 0 else float(i - j)',
+        *found,
     )
 
 
