@@ -67,7 +67,9 @@ def _panel(axis: Any, x: Sequence[float], y: Sequence[float], share: Array) -> N
 
     kind = (share > 0.0).astype(int) + (share == 1.0)
     colours = ListedColormap([colour for colour, _ in KEYS])
-    axis.pcolormesh(x, y, kind, cmap=colours, vmin=0, vmax=2, edgecolors='white', linewidth=0.2)
+    axis.pcolormesh(
+        x, y, kind, cmap=colours, vmin=0, vmax=2, edgecolors='white', linewidth=0.2, clip_on=False
+    )  # there is nothing to clip, and an eighth of a file is what clips
     for a, b in _border(x, y, kind == 2):
         axis.plot(a, b, color=BLACK, linewidth=1.2, solid_capstyle='projecting')
     axis.set_xlim(x[0], x[-1])
