@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import EventregError
+from ..scenario import Scenario
+from ..simulation.impairment import Impairment
 from ..simulation.noise import Noise
 from .axes import Array
 from .design import problem
@@ -110,20 +112,43 @@ def yield_of_sweep(sweep: Sweep) -> Yield:
 
 
 def scenario_text(plan: Plan, values: Sequence[Any]) -> str:
-    """Return a set as the text of a scenario, with the command that simulates it above it."""
+    """Return a set as the text of a scenario, above it the commands that simulate and run it."""
     sets = Sets(plan)
     links, noise = sets.imperfections(values)
+    scenario = sets.scenario(values)
     limits = {'settle': plan.settle, 'window': plan.window}
-    options = [f'--{name} {value!r}' for name, value in limits.items() if value is not None]
-    options += [
+    judged = [f'--{name} {value!r}' for name, value in limits.items() if value is not None]
+    options = [
         f'--{name} {getattr(links, name)!r}'
         for name in ('delay', 'loss', 'jitter', 'seed')
         if getattr(links, name)
     ]
     options += [f'--on {",".join(sorted(links.on))}'] if links.on else []
     command = f'# eventreg simulate THIS.yaml --sampled --duration {plan.duration!r}'
-    text = ' '.join([command, *options, *_noise_options(noise, links.seed)])
-    return text + '\n' + sets.scenario(values).to_yaml()
+    text = ' '.join([command, *judged, *options, *_noise_options(noise, links.seed)])
+    run = ' '.join([_run(scenario, plan.duration, links), *judged])
+    return f'{text}\n{run}\n{scenario.to_yaml()}'
+
+
+def _run(scenario: Scenario, duration: float, links: Impairment) -> str:
+    """Return the command that runs a set as nodes, whose links and times are in seconds.
+
+    Without losses and jitter it does so in lockstep, to the bits of the simulation.
+    """
+    scale, rate = scenario.time_scale, scenario.rate
+    of_link = {
+        'delay': round(links.delay * rate / scale) / rate if np.isfinite(links.delay) else 0.0,
+        'loss': links.loss,
+        'jitter': links.jitter / scale,
+        'seed': links.seed,
+    }
+    words = ','.join(f'{name}={value!r}' for name, value in of_link.items() if value)
+    heard = dict.fromkeys(signal for _, signal in scenario.loop.links)
+    signals = [each for each in heard if links.on is None or each in links.on]
+    given = [f'--link {signal}:{words}' for signal in signals] if words else []
+    lockstep = [] if links.random else ['--lockstep']
+    seconds = f'--duration {duration / scale!r}'
+    return ' '.join(['# eventreg run THIS.yaml', seconds, *lockstep, *given])
 
 
 def _noise_options(noise: Noise, seed: int) -> list[str]:

@@ -190,6 +190,27 @@ def test_a_set_with_noise_as_a_scenario_says_how_it_is_simulated():
     assert first.endswith('--settle 60.0 --seed 4 --noise 0.1')
 
 
+@pytest.mark.parametrize(
+    ('ranges', 'on', 'command'),
+    [
+        (['controller.k:={2}'], None, '--duration 25.0 --lockstep --settle 60.0'),
+        (
+            ['links.delay:={0.29}'], ('u', 'y'),
+            '--duration 25.0 --lockstep --link u:delay=0.03 --link y:delay=0.03 --settle 60.0',
+        ),
+        (
+            ['links.jitter:={0.2}', 'links.loss:=0.1', 'links.seed:=3'], ('u',),
+            '--duration 25.0 --link u:loss=0.1,jitter=0.02,seed=3 --settle 60.0',
+        ),
+    ],
+)  # fmt: skip
+def test_a_set_as_a_scenario_says_how_it_is_run_as_nodes(ranges, on, command):
+    plan = Plan.of(load('exact', {'/**.rate': 100}), ranges, on=on, **QUICK)
+    values = [axis.values[0] for axis in plan.axes]
+    second = scenario_text(plan, values).splitlines()[1]
+    assert second == f'# eventreg run THIS.yaml {command}'
+
+
 def test_a_set_as_a_scenario_is_the_same_set():
     sets, columns = sets_of('exact', 'controller.k:=0.3..1', 'exosystem.x0[2]:=-2..0', count=3)
     text = scenario_text(sets.plan, [column[1] for column in columns])
