@@ -65,14 +65,21 @@ def table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     from ..robustness.cluster import runner
     from ..robustness.sweep import run_sweep
     from ..robustness.sweep_words import sweep_words
-    from ..robustness.yields import indices, scenario_text, worst_set, yield_of_sweep
+    from ..robustness.yields import (
+        indices,
+        scenario_text,
+        worst_set,
+        yield_of_sweep,
+        yields_at_margins,
+    )
 
     sweep = run_sweep(plan, args.out, runner(args.engine, args.scheduler), progress)
     result = sweep.as_json()
     share = yield_of_sweep(sweep) if plan.sets else None
+    margins = yields_at_margins(sweep) if plan.sets else []
     matters = indices(sweep) if args.indices else []
     if share is not None:
-        result['yield'] = share._asdict()
+        result['yield'] = {**share._asdict(), 'margins': [each._asdict() for each in margins]}
         values = worst_set(sweep) if args.out else None
         if values is not None:
             write_text(args.out / 'worst.yaml', scenario_text(plan, values))
@@ -84,7 +91,7 @@ def table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
 
         return draw_result(sweep)
 
-    return Found(sweep_words(sweep, share, matters), result, draw)
+    return Found(sweep_words(sweep, share, margins, matters), result, draw)
 
 
 def border(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:

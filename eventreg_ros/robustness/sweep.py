@@ -68,7 +68,7 @@ class Sweep(Printed):
     def __str__(self) -> str:
         from .sweep_words import sweep_words
 
-        return sweep_words(self, None, ())
+        return sweep_words(self)
 
     @cached_property
     def columns(self) -> dict[str, Array]:

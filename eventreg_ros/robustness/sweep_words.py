@@ -10,10 +10,15 @@ from .followed import NEAR, Followed
 from .plan import Plan
 from .sweep import Sweep
 from .worst import Worst
-from .yields import Index, Yield
+from .yields import AtMargin, Index, Yield
 
 
-def sweep_words(sweep: Sweep, share: Yield | None, found: Sequence[Index]) -> str:
+def sweep_words(
+    sweep: Sweep,
+    share: Yield | None = None,
+    margins: Sequence[AtMargin] = (),
+    found: Sequence[Index] = (),
+) -> str:
     """Return what came of a sweep, a few lines."""
     plan = sweep.plan
     varied = ', '.join(axis.name for axis in plan.axes) or 'nothing varied'
@@ -31,6 +36,11 @@ def sweep_words(sweep: Sweep, share: Yield | None, found: Sequence[Index]) -> st
             f'yield {100.0 * share.share:.2f} %, 95 % interval '
             f'{100.0 * share.low:.2f} to {100.0 * share.high:.2f} %'
         )
+    lines += [
+        f'with y - y_r below {each.level:g}: {100.0 * each.share:.2f} %, '
+        f'{100.0 * each.low:.2f} to {100.0 * each.high:.2f} %'
+        for each in margins
+    ]
     lines += [
         f'{each.quantity:14} {each.parameter:24} alone {each.first:6.3f} +- {each.first_within:.3f}'
         f'   in all {each.total:6.3f} +- {each.total_within:.3f}'

@@ -55,12 +55,12 @@ class Index(NamedTuple):
 def indices(sweep: Sweep) -> list[Index]:
     """Return Sobol's indices of the share rejected and of the residual's rms, by SALib.
 
-    Raises EventregError unless the sweep is a sample of Saltelli's, or where a set has no verdict.
+    Sets that cannot be run are not rejected; where there are any, the rms has no indices. Raises
+    EventregError unless the sweep is a sample of Saltelli's.
     """
-    if sweep.plan.sampling != 'saltelli' or sweep.bad:
+    if sweep.plan.sampling != 'saltelli':
         raise EventregError(
-            f'indices need a sample of their own in which every set can be run, got '
-            f'{sweep.plan.sampling} and {sweep.bad} bad sets; add --indices, or narrow the ranges'
+            f'indices need a sample of their own, got {sweep.plan.sampling}; add --indices'
         )
     from SALib.analyze.sobol import analyze
 
@@ -71,8 +71,8 @@ def indices(sweep: Sweep) -> list[Index]:
         'residual_rms': np.asarray(sweep['residual_rms'], dtype=np.float64),
     }
     for quantity, values in quantities.items():
-        if np.ptp(values) == 0.0:
-            continue  # nothing varies, so nothing explains it
+        if not np.ptp(values) > 0.0:
+            continue  # nothing varies, so nothing explains it, or it is not known of all
         s = analyze(problem(len(names)), values, calc_second_order=False, seed=sweep.plan.seed)
         keys = ('S1', 'S1_conf', 'ST', 'ST_conf')
         numbers = zip(*(s[key].tolist() for key in keys), strict=True)
@@ -98,17 +98,51 @@ def worst_set(sweep: Sweep) -> list[Any] | None:
     return [column[0] for column in sweep.plan.design.columns(at, at + 1)]
 
 
-def yield_of_sweep(sweep: Sweep) -> Yield:
-    """Return the yield of a sweep of random sets.
+MARGINS = 0.1, 0.25, 0.5
+"""Shares of the way from the threshold to the reset that y - y_r may have to keep clear."""
 
-    Of a sample of Saltelli's, whose sets are not independent, that of those that are: the first and
-    the last of each base.
+
+class AtMargin(NamedTuple):
+    """The yield of sets that are rejected and whose y - y_r stays below ``level`` after settling.
+
+    ``margin`` is the share of the way from threshold to reset that lies above.
+    """
+
+    margin: float
+    level: float
+    share: float
+    low: float
+    high: float
+
+
+def yield_of_sweep(sweep: Sweep) -> Yield:
+    """Return the yield of a sweep of random sets."""
+    rejected = _independent(sweep, sweep['verdict'] == 'rejected')
+    return yield_of(int(rejected.sum()), len(rejected))
+
+
+def yields_at_margins(sweep: Sweep) -> list[AtMargin]:
+    """Return the yield of a sweep of random sets for each of :data:`MARGINS`."""
+    columns, criteria = sweep.only(['verdict', 'peak']), sweep.plan.subject.criteria
+    found = []
+    for margin in MARGINS:
+        level = criteria.threshold - margin * (criteria.threshold - criteria.reset)
+        good = (columns['verdict'] == 'rejected') & (columns['peak'] <= level)
+        rejected = _independent(sweep, good)
+        share = yield_of(int(rejected.sum()), len(rejected))
+        found.append(AtMargin(margin, level, *share))
+    return found
+
+
+def _independent(sweep: Sweep, of_sets: Array) -> Array:
+    """Return what is known of those sets that are independent of each other.
+
+    Of a sample of Saltelli's these are the first and the last of each base.
     """
     if sweep.plan.sampling != 'saltelli':
-        return yield_of(sweep.rejected, sweep.sets)
-    size = len(sweep.plan.axes) + 2
-    rejected = (sweep['verdict'] == 'rejected').reshape(-1, size)[:, [0, -1]]
-    return yield_of(int(rejected.sum()), rejected.size)
+        return of_sets
+    found: Array = of_sets.reshape(-1, len(sweep.plan.axes) + 2)[:, [0, -1]].ravel()
+    return found
 
 
 def scenario_text(plan: Plan, values: Sequence[Any]) -> str:

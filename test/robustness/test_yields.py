@@ -11,7 +11,14 @@ from eventreg_ros.robustness.plan import Plan
 from eventreg_ros.robustness.sets import Sets
 from eventreg_ros.robustness.sweep import run_sweep
 from eventreg_ros.robustness.worst import search
-from eventreg_ros.robustness.yields import indices, worst_of, worst_set, yield_of, yield_of_sweep
+from eventreg_ros.robustness.yields import (
+    indices,
+    worst_of,
+    worst_set,
+    yield_of,
+    yield_of_sweep,
+    yields_at_margins,
+)
 
 RATE = '/**.rate:=50'
 
@@ -43,6 +50,21 @@ def test_the_worst_set_of_a_sweep_has_its_values():
     sweep = run_sweep(Plan.of(load('exact'), ['controller.k:={2,0.5,1}', RATE]))
     assert worst_set(sweep) == [sweep['controller.k'][int(np.argmax(sweep['residual_max_abs']))]]
     assert worst_set(run_sweep(Plan.of(load('exact'), ['controller.k:={-1,-2}', RATE]))) is None
+
+
+def test_the_yield_at_a_margin_is_of_sets_that_keep_clear_of_the_threshold():
+    ranges = ['controller.k:=-0.2..2', 'spike_monitor.reset:=-1', RATE]
+    sweep = run_sweep(Plan.of(load('exact'), ranges, sets=40, sampling='random'))
+    assert 0 < sweep.bad < sweep.rejected
+    found = yields_at_margins(sweep)
+    assert [each.level for each in found] == [0.8, 0.5, 0.0]
+    for each in found:
+        clear = sum(
+            verdict == 'rejected' and peak <= each.level
+            for verdict, peak in zip(sweep['verdict'], sweep['peak'], strict=True)
+        )
+        assert (each.share, each.low, each.high) == yield_of(clear, 40)
+    assert found[0].share > found[2].share == 0.0
 
 
 @pytest.mark.parametrize('budget', [5, 7, 65, 100])
