@@ -43,6 +43,7 @@ def plan_of(args: argparse.Namespace) -> Plan:
         duration=args.duration,
         settle=args.settle,
         window=args.window,
+        question=f'border {args.border}' if args.border else f'worst {args.worst}' if asked else '',
     )
 
 
@@ -97,27 +98,29 @@ def table(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
 def border(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     """Find the border between rejected and not, follow it, and write both."""
     from ..robustness.border import border_csv
+    from ..robustness.evaluations import kept
     from ..robustness.followed import orbit_csv
     from ..session.bordered import border_of
 
-    found = border_of(plan, args.border.split(','), progress)
-    if args.out is not None:
-        args.out.mkdir(parents=True, exist_ok=True)
-        write_text(args.out / 'border.csv', border_csv(found.on_grid))
-        write_text(args.out / 'border_orbit.csv', orbit_csv(found.on_grid, found.followed))
+    with kept(plan, args.out) as store:
+        found = border_of(plan, args.border.split(','), progress, store)
+        if args.out is not None:
+            write_text(args.out / 'border.csv', border_csv(found.on_grid))
+            write_text(args.out / 'border_orbit.csv', orbit_csv(found.on_grid, found.followed))
     return Found(str(found), found.as_json(), found.plot)
 
 
 def worst(args: argparse.Namespace, plan: Plan, progress: Progress) -> Found:
     """Search the set that comes nearest to an event, and write it as a scenario."""
+    from ..robustness.evaluations import kept
     from ..robustness.sweep_words import worst_words
     from ..robustness.worst import search
     from ..robustness.yields import scenario_text
 
-    found = search(plan, args.worst, progress)
-    if args.out is not None:
-        args.out.mkdir(parents=True, exist_ok=True)
-        write_text(args.out / 'worst.yaml', scenario_text(plan, found.values))
+    with kept(plan, args.out) as store:
+        found = search(plan, args.worst, progress, store)
+        if args.out is not None:
+            write_text(args.out / 'worst.yaml', scenario_text(plan, found.values))
 
     def draw() -> Any:
         from ..plots.comparison_plot import draw_comparison

@@ -20,9 +20,10 @@ import numpy.typing as npt
 
 from ..analysis.rejection import REJECTED, UNDECIDED
 from ..errors import EventregError
+from .evaluations import Evaluations
 from .outcome import VERDICTS
 from .plan import Plan
-from .sets import Sets
+from .store import Store
 from .sweep import Progress, pool_here
 
 COARSE = 8
@@ -122,11 +123,15 @@ class Border:
 
 
 def find_border(
-    plan: Plan, names: Sequence[str], progress: Progress = lambda done, count: None
+    plan: Plan,
+    names: Sequence[str],
+    progress: Progress = lambda done, count: None,
+    store: Store | None = None,
 ) -> Border:
     """Find the border over the two axes of a plan, both ranges with a number of values.
 
-    ``names`` are theirs, x first. Raises EventregError when the plan has others.
+    ``names`` are theirs, x first; ``store`` keeps what is run. Raises EventregError when the plan
+    has others.
     """
     axes = plan.axes
     if (
@@ -138,14 +143,14 @@ def find_border(
             f'--border X,Y takes the two ranges A..B/N that are given and no other; got '
             f'{",".join(names)} and the ranges {", ".join(axis.name for axis in axes) or "none"}'
         )
-    sets, known, words = Sets(plan), dict[Point, bool](), Counter[str]()
+    known, words = dict[Point, bool](), Counter[str]()
+    runs = Evaluations(plan, store, lambda done: progress(done, 0))
     with pool_here() as pool:
 
         def evaluate(points: Sequence[Point]) -> Sequence[bool]:
             places = np.array(points).T
             columns = [axis.nth(at) for axis, at in zip(axes, places, strict=True)]
-            rows = sets.run(columns, pool).rows
-            progress(len(known) + len(points), 0)
+            rows = runs.run(columns, pool)
             found = [VERDICTS[verdict] for verdict in rows['verdict'].tolist()]
             words.update(found)
             return [verdict == REJECTED for verdict in found]

@@ -30,6 +30,7 @@ class Plan:
     ``parameters`` are NODE.PARAM:=SPEC as given, see :mod:`.axes`; ``sampling`` is ``grid`` or one
     of :data:`.design.SAMPLINGS`; ``on`` are the signals whose links are impaired, None for all.
     ``duration``, ``settle`` and ``window`` are in model time; None: as the scenario says.
+    ``question`` is what is asked of the sets but for a table of them all, in words.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Plan:
     duration: float = 400.0
     settle: float | None = None
     window: float | None = None
+    question: str = ''
 
     @classmethod
     def of(cls, scenario: Scenario, parameters: Sequence[str], **more: Any) -> Plan:

@@ -79,7 +79,7 @@ class Store:
             )
         now = self.plan.as_dict()
         for name, value in now.items():
-            if before.get(name) != value:
+            if before.get(name, '') != value:
                 raise EventregError(
                     f'{self.path} holds another sweep: its {name} was {_short(before.get(name))}, '
                     f'not {_short(value)}; name another --out or remove it'
@@ -187,6 +187,10 @@ class Store:
     def finish(self, result: dict[str, Any]) -> None:
         """Note the result, once the table is there, and leave the parts behind."""
         self._note({'result': {**result, 'bytes': self.table.stat().st_size}})
+        self.forget_parts()
+
+    def forget_parts(self) -> None:
+        """Remove the parts: what came of them is kept elsewhere."""
         shutil.rmtree(self._parts, ignore_errors=True)
 
 
@@ -227,5 +231,5 @@ def _write(path: Path, text: str) -> None:
 
 
 def _short(value: Any) -> str:
-    text = ' '.join(str(value).split())
+    text = ' '.join(str(value).split()) or 'none'
     return text if len(text) <= 60 else f'{text[:57]}...'

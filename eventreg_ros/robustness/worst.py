@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from ..errors import EventregError
 from .axes import Array
+from .evaluations import Evaluations
 from .outcome import VERDICTS, Rows
 from .plan import Plan
-from .sets import Sets
+from .store import Store
 from .sweep import Progress, pool_here
 
 POPULATION = 64
@@ -61,16 +62,23 @@ def badness(rows: Rows | Mapping[str, Array]) -> Numbers:
     return np.where(unknown, -1.0, (spurious + missed) * BAD + size)
 
 
-def search(plan: Plan, budget: int, progress: Progress = lambda done, count: None) -> Worst:
+def search(
+    plan: Plan,
+    budget: int,
+    progress: Progress = lambda done, count: None,
+    store: Store | None = None,
+) -> Worst:
     """Search within the ranges of a plan with ``budget`` runs, by scipy's differential evolution.
 
-    ``plan.seed`` is of the search. Raises EventregError where nothing is varied or no set can run.
+    ``plan.seed`` is of the search; ``store`` keeps what is run. Raises EventregError where nothing
+    is varied or no set can run.
     """
     from scipy.optimize import differential_evolution
 
-    axes, sets = plan.axes, Sets(plan)
+    axes = plan.axes
     if not axes:
         raise EventregError('--worst searches ranges, and none is given; add -p NODE.PARAM:=A..B')
+    sets = Evaluations(plan, store, lambda done: progress(done, budget))
     rounds = -(-budget // POPULATION)
     count = max(budget // rounds, 5)
     rng = np.random.default_rng(plan.seed)
@@ -79,13 +87,12 @@ def search(plan: Plan, budget: int, progress: Progress = lambda done, count: Non
 
         def objective(u: Numbers) -> Numbers:
             columns = [axis.at(u[i]) for i, axis in enumerate(axes)]
-            rows = sets.run(columns, pool).rows
+            rows = sets.run(columns, pool)
             bad = badness(rows)
             at = int(np.argmax(bad))
             if bad[at] > best[0]:
                 best[:3] = bad[at], [column[at] for column in columns], rows[at]
             best[3] += len(bad)
-            progress(best[3], budget)
             return -bad
 
         differential_evolution(

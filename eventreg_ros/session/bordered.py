@@ -14,6 +14,7 @@ from ..robustness.border import Curve
 from ..robustness.border_orbit import LIMIT, follow
 from ..robustness.followed import Followed, orbit_curves
 from ..robustness.plan import Plan
+from ..robustness.store import Store
 from ..robustness.sweep import Progress
 
 if TYPE_CHECKING:
@@ -84,14 +85,17 @@ class Border(Printed):
 
 
 def border_of(
-    plan: Plan, names: Sequence[str], progress: Progress = lambda done, count: None
+    plan: Plan,
+    names: Sequence[str],
+    progress: Progress = lambda done, count: None,
+    store: Store | None = None,
 ) -> Border:
     """Find the border over the two axes ``names`` of a plan, x first, and follow it.
 
-    That takes some seconds, or as long as finding it. Raises EventregError when the plan has other
-    axes.
+    That takes some seconds, or as long as finding it; ``store`` keeps what is run to find it.
+    Raises EventregError when the plan has other axes.
     """
     began = time.process_time()
-    found = module.find_border(plan, names, progress)
+    found = module.find_border(plan, names, progress, store)
     limit = max(LIMIT, time.process_time() - began)
     return Border(plan, found, follow(plan, found, limit))
