@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,8 +25,9 @@ from ..simulation.model_time import count_steps, model_times
 from ..simulation.noise import Noise, draws
 from ..simulation.sampled import Waveform
 from ..simulation.trajectory import Array
-from .lane_judge import Judge
-from .outcome import Case, Rows, nothing
+from .lane_end import Ends, ends_of
+from .lane_judge import Judge, Judged
+from .outcome import Case, nothing
 
 BLOCKS, SHARES = 16, 4
 """Blocks with the same links that are run in one go, at most: as long as there are so many goes."""
@@ -80,19 +81,23 @@ class Group:
         """How many cases there are."""
         return len(self._start.outputs[0])
 
-    def goes(self) -> Iterator[Any]:
-        """Yield the places of cases to be run in one go: those with the same links together."""
+    def goes(self, some: Sequence[int] | None = None) -> Iterator[Any]:
+        """Yield the places of cases to be run in one go: those with the same links together.
+
+        All cases, or ``some`` of them.
+        """
+        places = range(self.count) if some is None else some
         alike: dict[Impairment, list[int]] = defaultdict(list)
         if len(self._impairments) == 1:
-            alike[self._impairments[0]] = list(range(self.count))
+            alike[self._impairments[0]] = list(places)
         else:
-            for i, impairment in enumerate(self._impairments):
-                alike[impairment].append(i)
+            for i in places:
+                alike[self._impairments[i]].append(i)
         several = len(alike) > 1
         rest = [i for group in alike.values() if several and len(group) < ENOUGH for i in group]
         groups = [group for group in alike.values() if not several or len(group) >= ENOUGH]
         one = len({noise.seed for noise in self._noises}) > 1  # draws are of one block
-        together = LANES * (1 if one else max(1, min(BLOCKS, self.count // (LANES * SHARES))))
+        together = LANES * (1 if one else max(1, min(BLOCKS, len(places) // (LANES * SHARES))))
         for group in groups:
             for first in range(0, len(group), together):
                 yield np.array(group[first : first + together])
@@ -123,24 +128,37 @@ class Group:
         impairment, noise = _of(self._impairments, [i])[0], _of(self._noises, [i])[0]
         return Case(loop, impairment, self._template.subject, self._template.duration, noise)
 
-    def run(self, places: Any) -> tuple[Rows, Any]:
+    def run(self, places: Any) -> Judged:
         """Return the rows of the cases at these places, and which of them hold.
 
         None holds where the model of another package fails, in numba's eyes or in fact: such cases
-        are run one by one, and say why.
+        are run one by one, and say why; so is one that does not stay finite.
         """
         if not self._template.loop.foreign_models:
             return self._in_lanes(places)
+        every = np.ones(len(places), dtype=bool)
         if not self._fails:
             try:
-                return self._in_lanes(places)
+                found = self._in_lanes(places)
+                return Judged(found.rows, found.holds & found.finite & ~found.stuck, every, ~every)
             except EventregError:
                 raise
             except ANYTHING:
                 self._fails = True
-        return nothing(len(places)), np.zeros(len(places), dtype=bool)
+        return Judged(nothing(len(places)), ~every, every, ~every)
 
-    def _in_lanes(self, places: Any) -> tuple[Rows, Any]:
+    def ends(self, places: Any) -> Ends:
+        """Return how the cases at these places end, those that diverge."""
+        signals, subject = self._template.loop.signals, self._template.subject
+        _, lanes = self._lanes(places, partial(self._structure, signals))
+        return ends_of(lanes, len(places), signals, subject, self._t)
+
+    def _in_lanes(self, places: Any) -> Judged:
+        kind, lanes = self._lanes(places, lambda kind: self._judges(kind)[0])
+        return self._judges(kind)[1].run(lanes)
+
+    def _lanes(self, places: Any, structures: Callable[[str], Structure]) -> tuple[str, Lanes]:
+        """Return lanes with the cases at these places, and the kind of their links."""
         of = self._start
         x, params, outputs = (
             [array[places] for array in part] for part in (of.x, of.params, of.outputs)
@@ -149,14 +167,17 @@ class Group:
         start = Start(x, params, outputs, list(self._sds(noises, len(places))))
         kind, links = self._links(_of(self._impairments, places.tolist()))
         draws = self._draws([noise.seed for noise in noises])
-        structure, judge = self._judges(kind)
+        structure = structures(kind)
         course = Course(structure, self._steps, self._h, self._horizons, self._open, links, draws)
-        return judge.run(Lanes(course, start))
+        return kind, Lanes(course, start)
+
+    def _structure(self, wanted: Sequence[str], kind: str) -> Structure:
+        return structure_of(self._template.loop, wanted, kind, self._noisy)
 
     def _judge(self, kind: str) -> tuple[Structure, Judge]:
         """Return the structure of lanes whose links are of that kind, and who judges them."""
         subject = self._template.subject
-        structure = structure_of(self._template.loop, subject.needed, kind, self._noisy)
+        structure = self._structure(subject.needed, kind)
         return structure, Judge(structure, subject.needed, self._t, subject)
 
     def _sds(self, noises: Sequence[Noise], count: int) -> Iterator[Array]:

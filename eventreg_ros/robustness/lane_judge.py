@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,20 @@ def _leaves(count: int) -> npt.NDArray[np.int64]:
     return leaves
 
 
+class Judged(NamedTuple):
+    """A row for each set, which of the rows hold, and which sets have to be looked at again.
+
+    No row holds for a set that has more events than there is room for, or where a spike may pass
+    between two samples. Looked at again is what did not stay ``finite``, or is ``stuck``: it has
+    an output that ends without a reset, and may have been up all the time.
+    """
+
+    rows: Rows
+    holds: Flags
+    finite: Flags
+    stuck: Flags
+
+
 class Judge:
     """Judges lanes of one structure, which hand out the signals ``judged``, over the times ``t``.
 
@@ -73,13 +87,8 @@ class Judge:
             lengths, float(lengths.sum()), _leaves(max(len(lengths), 1)),
         )  # fmt: skip
 
-    def run(self, lanes: Lanes) -> tuple[Rows, Flags]:
-        """Take lanes to their end; return a row for each set, and which of the rows hold.
-
-        No row holds for a set that does not stay finite, has more events than there is room for,
-        where a spike may pass between two samples, an output that ends without a reset may have
-        been up all the time, or one ends as low as if it had diverged.
-        """
+    def run(self, lanes: Lanes) -> Judged:
+        """Take lanes to their end and judge them."""
         seen, rules = self._room(lanes.first), self._rules
         late = len(rules.t) - rules.begin
         self._take(
@@ -91,12 +100,13 @@ class Judge:
         _put_counts(rows, self._tally(seen))
         if late:
             _put_sizes(rows, seen)
-        finite = lanes.finite
-        y = rules.plants[:, 0]
-        gone = np.isinf(seen.level[:, y]) | (seen.last[:, y] < self._lowest)
-        away = gone.any(axis=1).ravel()
-        holds = self._holds(seen) & ~(away & (rows['verdict'] == VERDICTS.index(REJECTED)))
-        return rows[: len(finite)], finite & holds[: len(finite)]
+        y, finite = rules.plants[:, 0], lanes.finite
+        fallen = (seen.last[:, y] < self._lowest).any(axis=1).ravel()
+        rejected = rows['verdict'] == VERDICTS.index(REJECTED)
+        rows['verdict'][rejected & fallen] = VERDICTS.index(UNDECIDED)
+        stuck = np.isinf(seen.level[:, y]).any(axis=1).ravel() & rejected & ~fallen
+        n = len(finite)
+        return Judged(rows[:n], self._holds(seen)[:n], finite, stuck[:n])
 
     def _room(self, first: Array) -> Seen:
         """Return what is seen at the start, where the judged signals are ``first``."""

@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import numpy as np
+
+from ..analysis.rejection import UNDECIDED
 from ..analysis.subject import Subject
 from ..errors import EventregError
 from ..simulation.impairment import Impairment
@@ -17,8 +20,12 @@ from ..simulation.lanes_source import LANES
 from ..simulation.loop import Loop
 from ..simulation.model_time import count_steps
 from ..simulation.noise import SILENCE, Noise
+from ..simulation.sampled import not_finite
 from .lane_group import Group, Template
-from .outcome import Case, Outcomes, nothing, one_by_one
+from .outcome import VERDICTS, Case, Outcomes, nothing, one_by_one
+
+MANY = 128
+"""Sets that diverge for which it pays to look in lanes when they do, by code of its own."""
 
 MOST = 1 << 30
 """Bytes that one block of lanes may take; longer runs go one by one."""
@@ -107,12 +114,26 @@ def run_alike(
     """
     group = Group(template, start, impairments, noises)
     rows, reasons = nothing(group.count), dict[int, str]()
+    run = pool.map if pool else map
+    alone, again, stuck = list[int](), list[int](), set[int]()
     goes = list(group.goes())
-    mapped = pool.map(group.run, goes) if pool else map(group.run, goes)
-    for places, (found, holds) in zip(goes, mapped, strict=True):
-        rows[places] = found
-        for i in places[~holds].tolist():
-            rows[i], reason = one_by_one(group.case(i))
-            if reason:
-                reasons[i] = reason
+    for places, found in zip(goes, run(group.run, goes), strict=True):
+        rows[places] = found.rows
+        looked_at = ~found.finite | (found.holds & found.stuck)
+        again += places[looked_at].tolist()
+        stuck.update(places[found.finite & found.stuck].tolist())
+        alone += places[~looked_at & ~found.holds].tolist()
+    if len(again) < MANY:
+        alone, again = alone + again, []
+    goes = list(group.goes(again))
+    for places, ends in zip(goes, run(group.ends, goes), strict=True):
+        for i, time, held_up in zip(places.tolist(), *map(np.ndarray.tolist, ends), strict=True):
+            if i not in stuck:
+                rows[i], reasons[i] = nothing(1)[0], not_finite(time)
+            elif held_up:
+                rows['verdict'][i] = VERDICTS.index(UNDECIDED)
+    for i, (row, reason) in zip(alone, run(one_by_one, map(group.case, alone)), strict=True):
+        rows[i] = row
+        if reason:
+            reasons[i] = reason
     return Outcomes(rows, reasons)

@@ -257,7 +257,12 @@ def _check(t: Array, samples: Array, states: list[float]) -> None:
     if not bad.any() and np.isfinite(states).all():
         return
     first = t[int(np.argmax(bad))] if bad.any() else t[-1]
-    raise EventregError(
-        f'the state stops being finite at t = {first:g} (model time); '
+    raise EventregError(not_finite(float(first)))
+
+
+def not_finite(t: float) -> str:
+    """Return what is said of a run whose samples are not finite from model time ``t`` on."""
+    return (
+        f'the state stops being finite at t = {t:g} (model time); '
         f'take a shorter step (a higher rate), a shorter duration or gentler parameters'
     )
