@@ -44,15 +44,17 @@ class Terminal(Observer):
 class Count:
     """How many of how many are done and when the rest will be, on standard error.
 
-    ``unit`` is what is counted. On a terminal one line that is written over, else a line every
+    ``unit`` is what is counted; the first ``slow`` steps say nothing of the pace, since something
+    is loaded or compiled meanwhile. On a terminal one line that is written over, else a line every
     10 s.
     """
 
-    def __init__(self, unit: str = 'sets') -> None:
-        self._unit = unit
+    def __init__(self, unit: str = 'sets', slow: int = 0) -> None:
+        self._unit, self._slow = unit, slow
         self._terminal = sys.stderr.isatty()
         self._began = time.monotonic()
-        self._first: int | None = None
+        self._marks: list[tuple[float, int]] = []
+        """When how many were done, since about half of the time ago."""
         self._next = 0.0 if self._terminal else 10.0
 
     def show(self, done: int, count: int, doing: str = '') -> None:
@@ -61,18 +63,30 @@ class Count:
         A count of 0 is not known.
         """
         elapsed = time.monotonic() - self._began
-        if self._first is None:
-            self._first = done
+        left = self._left(elapsed, done, count)
         if elapsed < self._next:
             return
         self._next = elapsed + (0.2 if self._terminal else 10.0)
         words = f'{done} of {count} {self._unit}' if count else f'{done} {self._unit}'
-        fresh = done - self._first
-        if count and fresh:
-            words += f', {_span((count - done) * elapsed / fresh)} to go'
+        if left is not None:
+            words += f', {_span(left)} to go'
         words += f' ({doing})' if doing else ''
         start, end = ('\r\x1b[K', '') if self._terminal else ('', '\n')
         print(f'{start}{words}', end=end, file=sys.stderr, flush=True)
+
+    def _left(self, elapsed: float, done: int, count: int) -> float | None:
+        """Return how many seconds the rest takes at the pace of the last half of the time.
+
+        None where that is not known yet.
+        """
+        if self._slow > 0:
+            self._slow -= 1
+            return None
+        self._marks.append((elapsed, done))
+        while len(self._marks) > 2 and self._marks[1][0] <= elapsed / 2.0:
+            del self._marks[0]
+        before, had = self._marks[0]
+        return (count - done) * (elapsed - before) / (done - had) if count and done > had else None
 
     def clear(self) -> None:
         """Leave an empty line on a terminal."""

@@ -69,7 +69,7 @@ def main(args: argparse.Namespace) -> int:
     need_writable(args.report)
     plan = plan_of(args)
     say_if_slow('sets run one by one in plain Python, about a thousand times slower')
-    count = Count()
+    count = Count(slow=1)
     ask = border if args.border else worst if args.worst is not None else table
     if ask is table and (args.plot is not None or args.report is not None):
         from ..plots.sweep_plot import need_picture

@@ -12,7 +12,7 @@ from functools import lru_cache
 from itertools import count
 from typing import Any, NamedTuple
 
-from ..errors import EventregError
+from ..errors import EventregError, described
 from .outcome import Outcomes
 from .plan import Plan
 from .sets import Sets
@@ -71,11 +71,19 @@ def _client(scheduler: str | None) -> Any:
     if scheduler is None:
         return Client(n_workers=cores(), threads_per_worker=1, dashboard_address=None)
     try:
-        return Client(scheduler, timeout=PATIENCE)
+        client = Client(scheduler, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         raise EventregError(
             f'no Dask scheduler answers at {scheduler}: {error}; check --scheduler'
         ) from None
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        client.close()
+        raise EventregError(
+            f'the Dask scheduler at {scheduler} has no workers; start some: dask worker {scheduler}'
+        ) from None
+    return client
 
 
 def _all(client: Any, plan: Plan, stretches: Sequence[Stretch]) -> Iterator[Done]:
@@ -89,12 +97,24 @@ def _all(client: Any, plan: Plan, stretches: Sequence[Stretch]) -> Iterator[Done
     for _ in range(AHEAD * threads):
         _submit(client, pending, plan, pieces.next(size))
     for future in pending:
-        done = Done(*future.result())
+        done = Done(*_result(future))
         if done.pace is not None:
             size = int(min(max(1, AIM * done.pace), 4 * size, MOST))
         share = -(-pieces.left // (AHEAD * threads))  # so that all end at the same time
         _submit(client, pending, plan, pieces.next(min(size, max(share, least))))
         yield done
+
+
+def _result(future: Any) -> Any:
+    """Return what came of a piece. Raises EventregError where none of its workers could do it."""
+    try:
+        return future.result()
+    except Exception as error:  # a lost scheduler, a worker that dies of it or lacks a package
+        words = str(error) if isinstance(error, EventregError) else described(error)
+        raise EventregError(
+            f'the Dask cluster failed: {words}; every worker needs this very eventreg_ros and the '
+            'packages that it uses here; the same command goes on'
+        ) from None
 
 
 def _submit(client: Any, pending: Any, plan: Plan, piece: Stretch | None) -> None:

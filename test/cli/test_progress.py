@@ -40,6 +40,18 @@ def test_what_was_done_before_does_not_make_it_look_fast(clock, capsys):
     assert capsys.readouterr().err == '92 of 100 sets, 80 s to go\n'
 
 
+def test_the_pace_is_that_of_late(clock, capsys):
+    """Where the first step compiles for 100 s, the next ones say how long the rest takes."""
+    count = Count(slow=1)
+    for now, done in ((0.0, 0), (100.0, 1), (110.0, 11), (120.0, 21), (260.0, 161)):
+        clock[0] = now
+        count.show(done, 1000)
+    assert capsys.readouterr().err.splitlines() == [
+        '1 of 1000 sets', '11 of 1000 sets, 16 min to go',
+        '21 of 1000 sets, 16 min to go', '161 of 1000 sets, 14 min to go',
+    ]  # fmt: skip
+
+
 def test_of_an_unknown_count_no_end_is_predicted(clock, capsys):
     count = Count()
     clock[0] = 20.0

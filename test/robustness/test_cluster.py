@@ -63,3 +63,22 @@ def test_without_distributed_the_error_says_what_to_install(tmp_path, monkeypatc
     monkeypatch.setitem(__import__('sys').modules, 'distributed', None)
     with pytest.raises(EventregError, match=r"pip install '\.\[cluster\]'"):
         run_sweep(plan(), tmp_path / 'a.csv', on_cluster(None))
+
+
+def test_a_scheduler_without_workers_is_refused(tmp_path, monkeypatch):
+    distributed = pytest.importorskip('distributed')
+    monkeypatch.setattr(cluster, 'PATIENCE', 2.0)
+    with (
+        distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as nobody,
+        pytest.raises(EventregError, match='has no workers; start some: dask worker '),
+    ):
+        run_sweep(plan(), tmp_path / 'a.csv', on_cluster(nobody.scheduler_address))
+
+
+def test_what_a_cluster_fails_of_is_one_line():
+    class Lost:
+        def result(self):
+            raise ModuleNotFoundError("No module named 'eventreg_ros'")
+
+    with pytest.raises(EventregError, match="failed: ModuleNotFoundError: No module named 'even"):
+        cluster._result(Lost())
