@@ -120,9 +120,10 @@ class Browser:
         return [event for event in self.events if event['method'] in kinds]
 
     def asked(self):
-        """Return the addresses of all requests."""
+        """Return the addresses of all requests; what the page itself holds (data:) is none."""
         return [
             event['params']['request']['url']
             for event in self.events
             if event['method'] == 'Network.requestWillBeSent'
+            and not event['params']['request']['url'].startswith('data:')
         ]

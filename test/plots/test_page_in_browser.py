@@ -90,12 +90,17 @@ def comparison_text():
 
 
 def sweep_text():
+    """A map so fine that it is drawn as images."""
+    k, tau = np.indices((12, 13)).reshape(2, -1)
     columns = {
-        'controller.k': np.linspace(1.0, 3.0, 9),
-        'verdict': np.array(['rejected', 'not rejected', 'undecided'] * 3, dtype=object),
-        'residual_max_abs': np.linspace(0.1, 1.0, 9),
+        'controller.k': 1.0 + k,
+        'controller.tau': 2.0 + tau,
+        'verdict': np.array(['rejected', 'not rejected', 'undecided'] * 52, dtype=object),
+        'spurious': k,
+        'missed': tau,
+        'residual_max_abs': 0.1 + k,
     }
-    picture = draw_sweep(columns, ['controller.k'], HOSTILE)
+    picture = draw_sweep(columns, ['controller.k', 'controller.tau'], HOSTILE)
     return render_sweep(HOSTILE, [f'controller.k:={HOSTILE}'], HOSTILE, picture)
 
 
@@ -119,6 +124,12 @@ def test_no_word_on_the_console_no_request_no_foreign_script(browser, pages, kin
     assert browser.eval('document.querySelectorAll("img, a, iframe, link").length') == 0
     assert browser.eval('document.title').count('<script>') == 1
     assert browser.said() == []
+
+
+def test_the_images_of_a_map_are_seen(browser, pages):
+    browser.open(pages['sweep'])
+    assert browser.eval('document.querySelectorAll("svg image").length') >= 3
+    assert browser.said() == []  # what the policy refuses is said
 
 
 def test_the_policy_holds_even_if_something_were_let_in(browser, pages):

@@ -122,7 +122,7 @@ def test_the_policy_allows_our_script_and_our_style_alone(page_of):
         assert page.every(tag) == [{}]
         digest = b64encode(sha256(page.raw[tag].encode()).digest()).decode()
         assert rules.pop(rule) == f"'sha256-{digest}'"
-    assert rules == {'base-uri': "'none'", 'form-action': "'none'"}
+    assert rules == {'img-src': 'data:', 'base-uri': "'none'", 'form-action': "'none'"}
 
 
 def test_every_part_is_there_the_verdict_and_its_evidence_first(page_of):
