@@ -18,7 +18,7 @@ from threading import Lock
 from types import CodeType, FunctionType
 from typing import Any
 
-RULES = 2
+RULES = 3
 """How functions are compiled; another number when the same functions make other machine code."""
 
 

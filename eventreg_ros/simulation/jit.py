@@ -100,11 +100,6 @@ def _pays(parts: Parts, work: int) -> bool:
     return work > PAYS or is_kept(_entry(parts))
 
 
-def is_of_numba(error: Exception) -> bool:
-    """Say whether ``error`` is numba's, about code that it cannot compile."""
-    return type(error).__module__.partition('.')[0] == 'numba'
-
-
 def give_up(parts: Parts) -> None:
     """Note that numba cannot compile ``parts``: a model of theirs is not written for it."""
     _refused.add(parts)

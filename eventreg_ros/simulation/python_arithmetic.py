@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Powers, divisions and functions of ``math`` as Python has them, for code that numba compiles."""
+"""Powers, divisions and functions of ``math`` as Python has them, for code that numba compiles.
+
+A whole number of Python's has any size, so where it comes of a float or of a power it stays a float
+here: the same number up to 2^53, and one that numba refuses as an index.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ import operator
 from typing import Any
 
 MAY_RAISE = (
-    'acosh', 'atanh', 'cosh', 'exp', 'expm1', 'log', 'log10', 'log1p', 'log2', 'sinh',
+    'acosh', 'atanh', 'cosh', 'exp', 'exp2', 'expm1', 'log', 'log10', 'log1p', 'log2', 'sinh',
 )  # fmt: skip
 """Functions of ``math`` that Python lets overflow or reach a pole with an error."""
 
@@ -47,6 +51,18 @@ def _rest_or_nan(a: float, b: float) -> float:
     return a % b if b != 0 else math.nan
 
 
+def _whole_part(x: float) -> Any:
+    return int(x)
+
+
+def _rounded(x: float, digits: Any = None) -> Any:
+    return round(x, digits)
+
+
+def _sign(x: float) -> float:
+    return 1.0 if x > 0 else -1.0 if x < 0 else 0.0 if x == 0 else math.nan
+
+
 DIVISIONS: dict[Any, tuple[Any, Any]] = {
     operator.truediv: (_divided, _divided_or_nan),
     operator.floordiv: (_whole, _whole_or_nan),
@@ -57,22 +73,23 @@ DIVISIONS: dict[Any, tuple[Any, Any]] = {
 
 def replacements() -> dict[Any, Any]:
     """Return what is replaced, each with the function that numba finds in its place."""
-    raised = _raised(_opaque())
+    import numpy as np
 
-    def powers(a: float, b: float) -> Any:
-        return raised if _any_float(a, b) else power
-
-    def powers_of_floats(a: float, b: float) -> Any:
-        return raised
-
-    _teach(power, powers)
-    _teach(power_of_floats, powers_of_floats)
+    raised = _always(_raised(_opaque()))
+    _teach(power, raised)
+    _teach(power_of_floats, raised)
     found: dict[Any, Any] = {operator.pow: power, pow: power, math.pow: power_of_floats}
+    found |= {int: _teach(_whole_part, _to_whole(int, np.trunc)), round: _teach(_rounded, _round)}
+    for name, like in {'trunc': np.trunc, 'floor': np.floor, 'ceil': np.ceil}.items():
+        function = getattr(math, name)
+        found[function] = _teach(_stub(name), _to_whole(function, like))
+    found[np.sign] = _teach(_sign, _each(_sign))
     for operation, (division, checked) in DIVISIONS.items():
         found[operation] = _teach(division, _always(checked))
     for name in MAY_RAISE:
-        function = getattr(math, name)
-        found[function] = _teach(_stub(name), _checking(function))
+        function = getattr(math, name, None)  # exp2 came with Python 3.11
+        if function is not None:
+            found[function] = _teach(_stub(name), _checking(function))
     return found
 
 
@@ -84,10 +101,10 @@ def _teach(function: Any, implementations: Any) -> Any:
     return function
 
 
-def _any_float(*types: Any) -> bool:
+def _is_float(kind: Any) -> bool:
     from numba.core.types import Float
 
-    return any(isinstance(each, Float) for each in types)
+    return isinstance(kind, Float)
 
 
 def _raised(opaque: Any) -> Any:
@@ -106,6 +123,42 @@ def _always(implementation: Any) -> Any:
         return implementation
 
     return implementations
+
+
+def _each(implementation: Any) -> Any:
+    def implementations(x: float) -> Any:
+        return implementation
+
+    return implementations
+
+
+def _to_whole(function: Any, like: Any) -> Any:
+    """Return what numba does for ``function``; of floats it is ``like`` it, NaN where it raises."""
+
+    def as_float(x: float) -> Any:
+        found = like(x)
+        return (found - found) + found
+
+    def as_it_is(x: float) -> Any:
+        return function(x)
+
+    def implementations(x: float) -> Any:
+        return as_float if _is_float(x) else as_it_is
+
+    return implementations
+
+
+def _round(x: float, digits: Any = None) -> Any:
+    import numpy as np
+
+    def to_digits(x: float, digits: Any = None) -> Any:
+        return round(x, digits)
+
+    def to_whole(x: float, digits: Any = None) -> Any:
+        found = np.rint(x)
+        return (found - found) + found
+
+    return to_digits if getattr(digits, 'signed', None) is not None else to_whole
 
 
 def _stub(name: str) -> Any:

@@ -9,21 +9,21 @@ Python; a number where Python would raise is NaN, which stays; what cannot be th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from functools import lru_cache
 from types import BuiltinFunctionType, FunctionType, ModuleType
 from typing import Any
 
 from .python_arithmetic import DIVISIONS, replacements
 
-OTHER = frozenset({'dist', 'fsum', 'gamma', 'hypot', 'lgamma'})
-"""Functions of ``math`` that are Python's own."""
+OTHER = frozenset({'dist', 'fsum', 'gamma', 'hypot', 'ldexp', 'lgamma'})
+"""Functions of ``math`` that are Python's own, or raise an error where C's do not."""
 
 OF_NUMPY = frozenset(
     {'abs', 'absolute', 'ceil', 'e', 'fabs', 'floor', 'inf', 'maximum', 'minimum', 'nan', 'pi'}
     | {'sign', 'sqrt'}
 )
-"""What of numpy is the same for everybody."""
+"""What of numpy is the same for everybody, but for the sign of a zero that is no maximum alone."""
 
 
 def is_foreign(function: FunctionType) -> bool:
@@ -38,11 +38,12 @@ _OURS = ('eventreg_ros', 'builtins')
 def pipeline() -> Any:
     """Return the compiler, for numba's ``pipeline_class``, that keeps to Python's bits.
 
-    It raises an error of numba's for what it refuses.
+    It raises an error of numba's for what it refuses. What it is made of numba promises to nobody:
+    with another numba anything may be raised, here or by the compiler.
     """
     from numba.core.compiler import CompilerBase, DefaultPassBuilder
     from numba.core.compiler_machinery import FunctionPass, register_pass
-    from numba.core.untyped_passes import IRProcessing
+    from numba.core.untyped_passes import InlineClosureLikes
 
     instead = replacements()
 
@@ -61,7 +62,7 @@ def pipeline() -> Any:
     class Compiler(CompilerBase):
         def define_pipelines(self) -> list[Any]:
             passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-            passes.add_pass_after(Python, IRProcessing)
+            passes.add_pass_after(Python, InlineClosureLikes)  # with comprehensions
             passes.finalize()
             return [passes]
 
@@ -90,9 +91,12 @@ def _rewritten(
 ) -> Iterator[Any]:
     """Yield what takes the place of a statement."""
     from numba.core import ir
+    from numba.core.errors import UnsupportedError
 
     value = statement.value if isinstance(statement, ir.Assign) else None
     function = None
+    if isinstance(value, ir.Expr) and value.op == 'make_function':
+        raise UnsupportedError('a function inside of a function is compiled without this')
     if isinstance(value, ir.Expr) and value.op in ('binop', 'inplace_binop'):
         fn = value.fn if value.op == 'binop' else value.immutable_fn
         function = None if _safe(func_ir, fn, value.rhs) else instead.get(fn)
@@ -104,7 +108,7 @@ def _rewritten(
             return
     elif value is not None and (named := _named(func_ir, value)) is not None:
         _need_same(named)
-        function = instead.get(named) if isinstance(named, BuiltinFunctionType) else None
+        function = instead.get(named) if callable(named) and isinstance(named, Hashable) else None
     if function is not None:
         value = ir.Global(function.__name__, function, statement.loc)
         statement = ir.Assign(value, statement.target, statement.loc)
@@ -139,6 +143,7 @@ def _need_same(named: Any) -> None:
     name, home = getattr(named, '__name__', ''), getattr(named, '__module__', None) or ''
     of_numpy = type(named).__module__.partition('.')[0] == 'numpy' or home.startswith('numpy')
     if (of_numpy and callable(named) and name not in OF_NUMPY) or (
-        isinstance(named, BuiltinFunctionType) and home == 'math' and name in OTHER
+        isinstance(named, BuiltinFunctionType)
+        and (home == 'cmath' or (home == 'math' and name in OTHER))
     ):
         raise UnsupportedError(f'{home}.{name} compiled has other bits than in Python')

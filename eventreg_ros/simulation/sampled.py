@@ -17,7 +17,7 @@ from .block import BlockSpec, begin
 from .coding import Coder
 from .copies import NO_COPIES, Copies, copies_of
 from .impairment import PERFECT, Impairment, Received, received
-from .jit import choose, give_up, is_of_numba
+from .jit import choose, give_up
 from .kernel import NOBODY, Part, Tables, Tuning, flatten, nest
 from .loop import Loop
 from .model_errors import in_words
@@ -160,24 +160,26 @@ class SampledLoop:
         """Move ``blocks`` on over a stretch of steps; return the table of samples, filled there."""
         first, last = stretch
         effort = sum(e.spec.numbered.effort(e.spec) if e.spec.numbered else 1.0 for e in blocks)
-        kernel, arrays = choose(
-            self._parts(blocks, noise, copies), round((last - first) * effort), compiled
-        )
+        parts = self._parts(blocks, noise, copies)
         links = np.array(self._leads, np.int64), np.array(self._drawn, np.float64)
         flat = [each.ravel() for each in (table, *have, *links, copies.lost)]
-        samples, newest, previous, used, leads, drawn, lost = flat if arrays else map(_plain, flat)
-        steps, h = table.shape[1] - 1, self.h
-        tables = Tables(
-            samples, newest, previous, used, leads, drawn, lost, steps, h, first, last
-        )  # fmt: skip
         states = nest([each.x for each in blocks])
         tuning = nest([_tuning(e.spec) for e in blocks])
+        arrays = True
         try:
+            kernel, arrays = choose(parts, round((last - first) * effort), compiled)
+            samples, newest, previous, used, leads, drawn, lost = (
+                flat if arrays else map(_plain, flat)
+            )
+            tables = Tables(
+                samples, newest, previous, used, leads, drawn, lost,
+                table.shape[1] - 1, self.h, first, last,
+            )  # fmt: skip
             numbers = iter(flatten(kernel(states, tuning, tables)))
-        except Exception as error:
-            if compiled or not self._foreign or not is_of_numba(error):
+        except Exception:  # numba's, about code that is not written for it, or of the code itself
+            if compiled or not arrays or not self._foreign:
                 raise
-            give_up(self._parts(blocks, noise, copies))
+            give_up(parts)
             return self._advance(blocks, table, have, stretch, noise, copies, False)
         blocks[:] = [
             replace(each, x=tuple(islice(numbers, len(each.x))), starting=False) for each in blocks
