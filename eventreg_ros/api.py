@@ -299,6 +299,11 @@ def margins(scenario: Given, setting: Setting | None = None) -> list[Limit]:
     return robustness.margins(_loaded(scenario), setting)
 
 
+def _signals(on: Sequence[str] | None) -> tuple[str, ...] | None:
+    """Return the signals that are named, one by itself too, None for all."""
+    return on if on is None else (on,) if isinstance(on, str) else tuple(on)
+
+
 def sweep(
     scenario: Given,
     parameters: Mapping[str, object],
@@ -333,7 +338,7 @@ def sweep(
         sets=sets,
         seed=seed,
         sampling='grid' if sets is None else sampling,
-        on=None if on is None else tuple(on),
+        on=_signals(on),
         duration=duration,
         settle=settle,
         window=window,
@@ -368,7 +373,7 @@ def border(
     plan = Plan.of(
         _loaded(scenario),
         [f'{name}:={spec_of(value)}' for name, value in parameters.items()],
-        on=None if on is None else tuple(on),
+        on=_signals(on),
         duration=duration,
         settle=settle,
         window=window,

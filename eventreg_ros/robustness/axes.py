@@ -149,20 +149,20 @@ def _axis(name: str, spec: str, text: str) -> Axis | None:
     if node in OF_RUN and index is not None:
         raise ParameterError(f'{text}: {node}.{parameter} is one number; leave out [{index}]')
     place = None if index is None else int(index)
-    values = _values(spec, text)
+    values = _values(spec, text, parameter)
     if values is None and (node in OF_RUN or place is not None):
-        values = {'values': (_word(spec, text),), 'fixed': True}
+        values = {'values': (_word(spec, text, parameter),), 'fixed': True}
     if node in OF_RUN and not all(isinstance(v, float) for v in (values or {}).get('values', ())):
         raise ParameterError(f'{text}: {node}.{parameter} is a number, got {shown(spec)}')
     return None if values is None else Axis(name, node, parameter, place, **values)
 
 
-def _values(spec: str, text: str) -> dict[str, Any] | None:
+def _values(spec: str, text: str, parameter: str) -> dict[str, Any] | None:
     if spec.startswith('{') and spec.endswith('}'):
         words = [word.strip() for word in spec[1:-1].split(',') if word.strip()]
         if not words:
             raise ParameterError(f'{text}: a list must hold values ({{1,2,3}}), got {spec!r}')
-        return {'values': tuple(_word(word, text) for word in words)}
+        return {'values': tuple(_word(word, text, parameter) for word in words)}
     if found := _SPREAD.fullmatch(spec):
         value, spread = _number(found[1], text), abs(float(found[2])) / 100.0
         if not math.isfinite(value * spread):
@@ -186,8 +186,8 @@ def _values(spec: str, text: str) -> dict[str, Any] | None:
     return {'values': tuple(line.tolist())}
 
 
-def _word(word: str, text: str) -> Any:
-    value = typed(word, text)
+def _word(word: str, text: str, parameter: str = '') -> Any:
+    value = typed(word, text, parameter)
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 

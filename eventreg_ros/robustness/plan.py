@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, SupportsFloat, SupportsIndex
 
 from .. import scenario as scenarios
 from ..analysis.recorded import need_span
 from ..analysis.subject import Subject, subject_of
-from ..errors import EventregError
+from ..errors import EventregError, shown
 from ..scenario import Scenario
 from ..scenario.hint import hint
 from ..scenario.links import need_linked
@@ -51,7 +51,7 @@ class Plan:
 
         Raises EventregError.
         """
-        more = {name: value for name, value in more.items() if value is not None}
+        more = {name: _checked(name, value) for name, value in more.items() if value is not None}
         plan = cls(scenario.name, scenario.to_yaml(), tuple(parameters), **more)
         if 'duration' not in more:
             plan = replace(plan, duration=plan.subject.criteria.duration(plan.duration))
@@ -177,6 +177,25 @@ class Plan:
             name: list(value) if isinstance(value, tuple) else value
             for name, value in asdict(self).items()
         }
+
+
+def _checked(name: str, value: Any) -> Any:
+    """Return what is asked for as a plan holds it. Raises EventregError for another type."""
+    if name in ('sets', 'seed'):
+        whole = isinstance(value, SupportsIndex) and not isinstance(value, bool)
+        if not whole or value.__index__() < (name == 'sets'):
+            least = 1 if name == 'sets' else 0
+            raise EventregError(f'{name} must be a whole number >= {least}, got {shown(value)}')
+        return value.__index__()
+    if name in ('duration', 'settle', 'window'):
+        if not isinstance(value, SupportsFloat):
+            raise EventregError(f'{name} must be a number, of model time, got {shown(value)}')
+        return float(value)
+    if name == 'on' and not value:
+        raise EventregError(
+            f'on must name signals (y, u), got {shown(value)}; leave it out for all'
+        )
+    return value
 
 
 def impairment(

@@ -4,9 +4,11 @@
 import numpy as np
 import pytest
 
+from eventreg_ros import load
 from eventreg_ros.errors import EventregError
 from eventreg_ros.robustness.axes import read
 from eventreg_ros.robustness.design import design_of
+from eventreg_ros.robustness.plan import Plan
 
 
 def axis(text):
@@ -126,3 +128,26 @@ def test_any_stretch_of_a_sample_is_that_of_the_whole(sampling):
 def test_designs_that_are_refused(spec, sets, sampling, words):
     with pytest.raises(EventregError, match=words):
         design_of(read([f'plant.k:={spec}'])[0], sets, 0, sampling)
+
+
+@pytest.mark.parametrize(
+    ('more', 'words'),
+    [
+        ({'sets': 0}, 'sets must be a whole number >= 1, got 0'),
+        ({'sets': 4.0}, 'sets must be a whole number >= 1, got 4.0'),
+        ({'sets': True}, 'sets must be a whole number >= 1, got True'),
+        ({'sets': 4, 'seed': -1}, 'seed must be a whole number >= 0, got -1'),
+        ({'sets': 4, 'seed': '1'}, "seed must be a whole number >= 0, got '1'"),
+        ({'sets': 4, 'duration': '9'}, "duration must be a number, of model time, got '9'"),
+        ({'sets': 4, 'window': [5]}, r'window must be a number, of model time, got \[5\]'),
+        ({'sets': 4, 'on': ()}, r'on must name signals \(y, u\), got \(\)'),
+    ],
+)
+def test_what_python_asks_for_is_checked_as_on_a_command_line(more, words):
+    with pytest.raises(EventregError, match=f'^{words}'):
+        Plan.of(load('exact'), ['controller.k:=1..2'], **more)
+
+
+def test_a_signal_may_be_called_y_in_a_list():
+    (axis,) = read(['controller.output:={y,n,3}'])[0]
+    assert axis.values == ('y', 'n', 3.0)
