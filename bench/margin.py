@@ -31,7 +31,12 @@ IMPORTS = 'import numba, eventreg_ros.cli.margin, eventreg_ros.robustness.margin
 
 def used(arguments: list[str], scratch: Path) -> tuple[float, int]:
     """Return the processor time (s) of Python with these arguments, and how much it compiled."""
-    own = {'NUMBA_CACHE_DIR': str(scratch), 'NUMBA_DEBUG_CACHE': '1'}
+    own = {
+        'NUMBA_CACHE_DIR': str(scratch),
+        'NUMBA_DEBUG_CACHE': '1',
+        'PYTHONPYCACHEPREFIX': str(scratch / 'bytes'),
+        'PYTHONDONTWRITEBYTECODE': '',  # what is installed has its byte code beside it
+    }
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
         [sys.executable, *arguments], env={**os.environ, **own}, cwd=scratch, check=False,

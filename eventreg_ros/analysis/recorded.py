@@ -13,8 +13,9 @@ from .. import scenario as scenarios
 from ..bags.finding import Finding
 from ..bags.reader import read_bag
 from ..bags.recording import Recording
-from ..errors import BagError, EventregError
+from ..errors import BagError
 from ..scenario import Criteria, Scenario
+from ..scenario.criteria import need_span
 from .changes import changes_of
 from .coded import Coded, as_received, codings
 from .export import to_dataframe, to_xarray
@@ -141,23 +142,6 @@ def analyze(
 def by_scenario(recording: Recording, scenario: Scenario | None) -> Analysis:
     """Return a recording to be judged by ``scenario``, and by its criteria; None: by names."""
     return Analysis(recording, scenario, scenario.criteria if scenario else Criteria())
-
-
-def need_span(criteria: Criteria, end: float, *, settle: float | None, until: float | None) -> None:
-    """Raise EventregError when an explicit ``settle`` or ``until`` leaves nothing to judge.
-
-    ``criteria`` are those with ``settle``, ``end`` is the end of the run; all in model time.
-    """
-    if settle is not None and settle > end:
-        raise EventregError(
-            f'settle must lie within the run, which ends at {end:g} of model time, got '
-            f'{settle:g}; give an earlier time'
-        )
-    if until is not None and until <= criteria.settle:
-        raise EventregError(
-            f'until must be later than {criteria.settle:g}, from when on events count, got '
-            f'{until:g}; give a later time'
-        )
 
 
 def scenario_of(

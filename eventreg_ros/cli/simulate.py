@@ -63,7 +63,7 @@ def main(args: argparse.Namespace) -> int:
 def _duration(args: argparse.Namespace, scenario: Scenario) -> float:
     """Return the duration, in model time. Raises EventregError for what would fail afterwards."""
     from ..analysis.export import check_names
-    from ..analysis.recorded import need_span
+    from ..scenario.criteria import need_span
 
     if args.out is not None:
         check_names(args.out, scenario.publishers)

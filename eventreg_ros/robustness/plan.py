@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, SupportsFloat, SupportsIndex
 
 from .. import scenario as scenarios
-from ..analysis.recorded import need_span
 from ..analysis.subject import Subject, subject_of
 from ..errors import EventregError, shown
 from ..scenario import Scenario
+from ..scenario.criteria import need_span
 from ..scenario.hint import hint
 from ..scenario.links import need_linked
 from ..scenario.parameters import parameters_of

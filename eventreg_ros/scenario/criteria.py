@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..errors import ParameterError
+from ..errors import EventregError, ParameterError
 from ..models.neuron import FOLD
 
 THRESHOLD = FOLD
@@ -82,3 +82,20 @@ def _check(name: str, value: float) -> None:
         return
     rule = 'finite' if signed else f'finite and {">" if positive else ">="} 0'
     raise ParameterError(f'{name} must be {rule}, got {value:g}; give another value')
+
+
+def need_span(criteria: Criteria, end: float, *, settle: float | None, until: float | None) -> None:
+    """Raise EventregError when an explicit ``settle`` or ``until`` leaves nothing to judge.
+
+    ``criteria`` are those with ``settle``, ``end`` is the end of the run; all in model time.
+    """
+    if settle is not None and settle > end:
+        raise EventregError(
+            f'settle must lie within the run, which ends at {end:g} of model time, got '
+            f'{settle:g}; give an earlier time'
+        )
+    if until is not None and until <= criteria.settle:
+        raise EventregError(
+            f'until must be later than {criteria.settle:g}, from when on events count, got '
+            f'{until:g}; give a later time'
+        )

@@ -8,12 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ..analysis.recorded import Analysis, need_span
+from ..analysis.recorded import Analysis
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
 from ..bags.finding import Finding
 from ..bags.recording import Recording
 from ..scenario import Criteria, Scenario
+from ..scenario.criteria import need_span
 from ..simulation.trajectory import Array
 from .judged import Judged
 

@@ -10,13 +10,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..analysis.learning import foreseen, learners_of
-from ..analysis.recorded import Analysis, analyze, need_span
+from ..analysis.recorded import Analysis, analyze
 from ..analysis.signal import Signals
 from ..analysis.verdict import Report
 from ..bags.finding import Finding
 from ..errors import EventregError, ros_is_missing
 from ..nodes import environment
 from ..scenario import Criteria, Scenario
+from ..scenario.criteria import need_span
 from ..scenario.interventions import need_before, read_all
 from ..scenario.leads import unequal_leads
 from ..simulation.trajectory import Array

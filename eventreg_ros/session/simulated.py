@@ -10,7 +10,6 @@ from functools import cached_property
 from pathlib import Path
 
 from ..analysis.changes import Change, changes_asked
-from ..analysis.recorded import need_span
 from ..analysis.signal import Signal, Signals
 from ..analysis.subject import subject_of
 from ..analysis.verdict import Report
@@ -21,6 +20,7 @@ from ..errors import EventregError
 from ..models.model import output_beside
 from ..runtime.tick_grid import TickGrid
 from ..scenario import Criteria, Scenario
+from ..scenario.criteria import need_span
 from ..scenario.interventions import Intervention, need_before, read_all, turns
 from ..scenario.links import need_linked
 from ..simulation.continuous import simulate as simulate_continuous
