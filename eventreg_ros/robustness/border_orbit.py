@@ -128,6 +128,7 @@ class _Follower:
             pieces += _pieces(walk, off, within)
             dropped += len(walk.points)
         dropped -= sum(len(piece.places) for piece in pieces)
+        pieces = _once(pieces)
         if dropped:
             reasons.append('runs on both sides of it do not differ')
         curves, places = [piece.places for piece in pieces], self._border.places
@@ -173,8 +174,8 @@ class _Follower:
             else:
                 reasons += filter(None, walk.ends)
                 curve = _curve(walk)
-                if _distance(curve, list(map(_curve, walks))).max() > SAME:
-                    walks[:] = [w for w in walks if _distance(_curve(w), [curve]).max() > SAME]
+                if _is_new(curve, list(map(_curve, walks))):
+                    walks[:] = [w for w in walks if _is_new(_curve(w), [curve])]
                     walks.append(walk)
                 todo = todo[_distance(todo, [curve]) > NEAR]
             todo = todo[np.linalg.norm(todo - start, axis=1) > away]
@@ -216,6 +217,20 @@ def _pieces(walk: Walk[OnBorder], off: Array, within: Array) -> Iterator[Piece]:
     for part in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
         if len(part) > 1:
             yield Piece(places[part], off[part], within[part])
+
+
+def _once(pieces: Sequence[Piece]) -> list[Piece]:
+    """Return the pieces without those that go along others: walks may differ only beyond these."""
+    kept: list[Piece] = []
+    for piece in sorted(pieces, key=lambda piece: -len(piece.places)):
+        if _is_new(piece.places, [each.places for each in kept]):
+            kept.append(piece)
+    return [piece for piece in pieces if any(piece is each for each in kept)]
+
+
+def _is_new(curve: Curve, curves: Sequence[Curve]) -> bool:
+    """Say whether a curve is anywhere else than others."""
+    return bool(_distance(curve, curves).max() > SAME)
 
 
 def _distance(points: Array, curves: Sequence[Curve]) -> Array:

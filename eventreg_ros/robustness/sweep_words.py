@@ -82,13 +82,15 @@ def _followed_words(border: Border, followed: Followed, threshold: float) -> lis
     ]
     if followed.apart > NEAR:
         lines.append('what is far from it lies between the points that the grid was tried at')
-    if followed.missed or followed.dropped:
-        whole = sum(len(places) for places in border.places)
-        lines.append(
-            f"not everywhere: {followed.missed} of {whole} points of the grid's border have no "
-            f'such curve nearby, and {followed.dropped} points of it were dropped: '
-            f'{followed.reason}'
+    whole, lacks = sum(len(places) for places in border.places), list[str]()
+    if followed.missed:
+        lacks.append(
+            f"{followed.missed} of {whole} points of the grid's border have no such curve nearby"
         )
+    if followed.dropped:
+        lacks.append(f'{followed.dropped} points of the curve are left out')
+    if lacks:
+        lines.append(f'not everywhere: {", and ".join(lacks)}: {followed.reason}')
     return lines
 
 

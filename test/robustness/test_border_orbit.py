@@ -197,6 +197,20 @@ def test_both_runs_have_to_say_so(monkeypatch, verdict):
 
 
 @pytest.mark.slow
+def test_no_stretch_is_given_out_twice():
+    """Two walks that differ where runs do not confirm them may be the same where they do."""
+    ranges = ['/**.k:=0.5..3/21', 'controller.tau:=0.05..0.2/33']
+    plan = Plan.of(load('exact'), ranges, duration=400.0)
+    border = find_border(plan, ['/**.k', 'controller.tau'])
+    followed = follow(plan, border)
+    assert followed.missed == 0 < followed.dropped
+    words = border_words(plan, border, followed)
+    assert f'not everywhere: {followed.dropped} points of the curve are left out: ' in words
+    starts = [tuple(piece.places[0].round(3)) for piece in followed.pieces]
+    assert len(starts) == len(set(starts)) == 2
+
+
+@pytest.mark.slow
 def test_it_ends_when_its_time_is_over():
     plan, border, _ = found()
     followed = follow(plan, border, limit=0.0)
