@@ -63,7 +63,7 @@ examples:
   eventreg sweep exact -p controller.k:=1~10% --sets 2000 --out chip    a normal law
   eventreg sweep exact -p controller.k:=0.9..3 -p links.delay:=0..0.3 --worst 500
 
-A..B/N is N values, A..B a range to draw from, {A,B} these values. Ctrl-C keeps what is done in
+A..B/N is N values, A..B a range to draw from, '{A,B}' these values. Ctrl-C keeps what is done in
 DIR; the same command continues.
 exit codes: 0 done, whatever the verdicts; 2 bad input (one line says how to fix it)""",
     'figures': """\

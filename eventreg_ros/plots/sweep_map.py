@@ -21,6 +21,9 @@ SIZE, LINE = (7.6, 2.6), (6.4, 2.9)
 FINE = 100
 """Cells beyond which a map is drawn as an image, in vector formats too."""
 
+FINEST = 1000
+"""Values of a parameter that a map shows at most: more than its panel has dots."""
+
 KINDS = (
     ('rejected', BLUE),
     ('undecided', GREY),
@@ -65,6 +68,12 @@ class _Ruler:
         edges: Array = np.array([2.0 * at[0] - middle[0], *middle, 2.0 * at[-1] - middle[-1]])
         return np.exp(edges) if self._log else edges
 
+    def thin(self) -> slice:
+        """Keep at most :data:`FINEST` values; return which."""
+        kept = slice(None, None, -(-len(self.values) // FINEST))
+        self.values = self.values[kept]
+        return kept
+
     def mark(self, axis: Any, across: bool) -> None:
         """Name an axis, and scale it."""
         (axis.set_xlabel if across else axis.set_ylabel)(self._name)
@@ -107,6 +116,8 @@ def _maps(columns: Mapping[str, Array], names: Sequence[str], title: str) -> Any
     wrong, size = np.full(kind.shape, np.nan), np.full(kind.shape, np.nan)
     wrong[y.places, x.places] = _number(columns['spurious']) + _number(columns['missed'])
     size[y.places, x.places] = np.maximum(_number(columns['residual_max_abs']), 1e-12)
+    shown = y.thin(), x.thin()
+    kind, wrong, size = kind[shown], wrong[shown], size[shown]
     with style():
         figure = Figure(figsize=SIZE, layout='constrained')
         panels = figure.subplots(1, 3, sharex=True, sharey=True)

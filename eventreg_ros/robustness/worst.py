@@ -18,7 +18,7 @@ from .store import Store
 from .sweep import Progress, pool_here
 
 POPULATION = 64
-"""Sets that are tried at a time."""
+"""Sets that are tried at a time, at most."""
 
 BAD = 1e6
 """What the search takes a wrong event to weigh beside a residual."""
@@ -62,6 +62,12 @@ def badness(rows: Rows | Mapping[str, Array]) -> Numbers:
     return np.where(unknown, -1.0, (spurious + missed) * BAD + size)
 
 
+def _population(budget: int) -> int:
+    """Return how many sets are tried at a time, such that as few runs as possible are left over."""
+    most = min(budget, POPULATION)
+    return max(range(most, max(most // 2, 4), -1), key=lambda count: budget // count * count)
+
+
 def search(
     plan: Plan,
     budget: int,
@@ -79,8 +85,7 @@ def search(
     if not axes:
         raise EventregError('--worst searches ranges, and none is given; add -p NODE.PARAM:=A..B')
     sets = Evaluations(plan, store, lambda done: progress(done, budget))
-    rounds = -(-budget // POPULATION)
-    count = max(budget // rounds, 5)
+    count = _population(budget)
     rng = np.random.default_rng(plan.seed)
     best: list[Any] = [-np.inf, None, None, 0]
     with pool_here() as pool:
@@ -99,7 +104,7 @@ def search(
             objective,
             [(0.0, 1.0)] * len(axes),
             init=np.clip(rng.random((count, len(axes))), 0.0, 1.0 - 1e-12),
-            maxiter=rounds - 1,
+            maxiter=budget // count - 1,
             tol=0.0, atol=-1.0, polish=False, vectorized=True, updating='deferred', seed=rng,
         )  # fmt: skip
     _, values, row, runs = best

@@ -50,6 +50,14 @@ def test_words_stand_side_by_side_and_equal_ratios_are_logarithmic():
     figure.savefig('/dev/null', format='svg')
 
 
+def test_of_very_many_values_no_more_are_drawn_than_can_be_seen(monkeypatch):
+    monkeypatch.setattr('eventreg_ros.plots.sweep_map.FINEST', 3)
+    figure = draw_sweep(table([1.0, 2.0], [0.1, 0.2, 0.5, 0.7]), NAMES, 'exact')
+    wrong = np.ma.filled(figure.axes[1].collections[0].get_array(), np.nan)
+    assert np.array_equal(wrong, [[np.nan, np.nan], [2.0, 4.0]], equal_nan=True)
+    assert 'exact: 8 sets' in figure.get_suptitle()
+
+
 @pytest.mark.parametrize('names', [['plant.k'], NAMES])
 def test_a_sweep_without_any_verdict_has_a_picture(names):
     columns = table([1.0], [0.1])

@@ -67,7 +67,7 @@ def test_the_yield_at_a_margin_is_of_sets_that_keep_clear_of_the_threshold():
     assert found[0].share > found[2].share == 0.0
 
 
-@pytest.mark.parametrize('budget', [5, 7, 65, 100])
+@pytest.mark.parametrize('budget', [5, 7, 65, 100, 127])
 def test_the_search_keeps_to_its_budget(budget):
     plan = Plan.of(load('exact'), ['controller.k:=1..2', RATE], sets=1, duration=20.0, settle=5.0)
     assert budget - 1 <= search(plan, budget).runs <= budget
