@@ -48,12 +48,13 @@ class Store:
             raise EventregError(
                 f'cannot write {path}: {error.strerror}; name another --out'
             ) from None
+
+    def _begin(self) -> None:
+        """Write what was asked for, unless it is there: a finished sweep may be read-only."""
+        self._need_same_plan()  # another process may have begun another sweep by now
         if not self._json.exists():
             self._note({})  # first: a directory with anything else holds no sweep
-        self._write_scenario(path / 'scenario.yaml')
-
-    def _write_scenario(self, path: Path) -> None:
-        """Write the scenario, unless it is there: a sweep that is done may be where none can."""
+        path = self.path / 'scenario.yaml'
         if not path.is_file() or path.read_bytes() != self.plan.text.encode():
             _write(path, self.plan.text)
 
@@ -109,9 +110,10 @@ class Store:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Let no other process work in the directory.
+        """Begin to work in the directory, and let no other process do so.
 
-        Raises EventregError where one does. What processes left there that were killed goes.
+        What processes that were killed left there goes. Raises EventregError where another one is
+        at work, or has begun another sweep.
         """
         place = os.open(self.path, os.O_RDONLY) if os.name == 'posix' else None
         try:
@@ -119,6 +121,7 @@ class Store:
                 self._lock(place)
             for directory in (self.path, self._parts):
                 remove_dead_drafts(directory)
+            self._begin()
             yield
         finally:
             if place is not None:

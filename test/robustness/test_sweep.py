@@ -12,6 +12,7 @@ from eventreg_ros import load, sweep
 from eventreg_ros.errors import EventregError
 from eventreg_ros.robustness import sweep as module
 from eventreg_ros.robustness.plan import Plan
+from eventreg_ros.robustness.store import Store
 from eventreg_ros.robustness.sweep import run_here, run_sweep
 
 PARAMETERS = ('controller.k:=-0.1..2/40', 'controller.tau:={0.05,0.09}', '/**.rate:=50')
@@ -233,6 +234,15 @@ def test_two_at_once_in_one_place_are_refused(begun):
         return run_here(a_plan, stretches)
 
     assert run_sweep(plan(), begun, run).sets == 80
+
+
+def test_of_two_sweeps_that_begin_in_one_place_the_second_is_refused(tmp_path):
+    """Both found nothing there; what is written is written by the one that has the lock."""
+    one, other = (Store(tmp_path / 'out', each) for each in (plan(), plan(settle=20.0)))
+    with one.alone():
+        pass
+    with pytest.raises(EventregError, match='holds another sweep: its settle was'), other.alone():
+        pass
 
 
 def test_what_is_raised_does_not_wait_for_what_runs():

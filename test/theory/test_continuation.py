@@ -68,6 +68,7 @@ def test_an_open_one_from_edge_to_edge_through_its_folds():
     assert (np.diff(points[:, 1]) > 0.0).all() or (np.diff(points[:, 1]) < 0.0).all()
     assert (np.diff(np.sign(np.diff(points[:, 0]))) != 0).sum() == 3  # y / 8 from 0 to 10
     assert ((points >= 0.0) & (points <= HIGH)).all()
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 2.5
 
 
 def test_where_it_is_lost_it_ends_and_says_why():
