@@ -164,9 +164,11 @@ def _values(spec: str, text: str, parameter: str) -> dict[str, Any] | None:
             raise ParameterError(f'{text}: a list must hold values ({{1,2,3}}), got {spec!r}')
         return {'values': tuple(_word(word, text, parameter) for word in words)}
     if found := _SPREAD.fullmatch(spec):
-        value, spread = _number(found[1], text), abs(float(found[2])) / 100.0
-        if not math.isfinite(value * spread):
-            raise ParameterError(f'{text}: a spread must be finite, got {shown(spec)}')
+        value, spread = _number(found[1], text), float(found[2]) / 100.0
+        if not 0.0 < abs(value) * spread < math.inf:
+            raise ParameterError(
+                f'{text}: a spread must be > 0 and finite, got {shown(spec)}; give a range A..B'
+            )
         return {'low': value, 'spread': abs(value) * spread}
     if not (found := _RANGE.fullmatch(spec) or _RANGE_OF_FRACTIONS.fullmatch(spec)):
         return None
