@@ -20,9 +20,11 @@ import numpy.typing as npt
 
 from ..analysis.rejection import REJECTED, UNDECIDED
 from ..errors import EventregError
+from .axes import Array, Axis
 from .evaluations import Evaluations
 from .outcome import VERDICTS
 from .plan import Plan
+from .sets import Sets
 from .store import Store
 from .sweep import Progress, pool_here
 
@@ -80,7 +82,8 @@ class Border:
     ``places`` are its pieces, each of shape (n, 2), in steps of the grid, half a step from points
     that differ. ``known`` maps the places in the grid that were run to whether they were rejected;
     ``x`` and ``y`` are the values of the grid. Of the sets that count as not rejected ``undecided``
-    were so, and ``bad`` have no verdict: they were refused or diverged.
+    were so, and ``bad`` have no verdict: they were refused or diverged, the first because of
+    ``why``.
     """
 
     names: tuple[str, str]
@@ -90,6 +93,7 @@ class Border:
     places: list[Curve]
     undecided: int = 0
     bad: int = 0
+    why: str = ''
 
     @property
     def curves(self) -> list[Curve]:
@@ -134,16 +138,8 @@ def find_border(
     has others.
     """
     axes = plan.axes
-    if (
-        len(axes) != 2
-        or sorted(names) != sorted(axis.name for axis in axes)
-        or any(len(axis.values) < 2 or not isinstance(axis.values[0], float) for axis in axes)
-    ):
-        raise EventregError(
-            f'--border X,Y takes the two ranges A..B/N that are given and no other; got '
-            f'{",".join(names)} and the ranges {", ".join(axis.name for axis in axes) or "none"}'
-        )
-    known, words = dict[Point, bool](), Counter[str]()
+    _need_both(axes, names)
+    known, words, bad = dict[Point, bool](), Counter[str](), list[list[Array]]()
     runs = Evaluations(plan, store, lambda done: progress(done, 0))
     with pool_here() as pool:
 
@@ -153,15 +149,33 @@ def find_border(
             rows = runs.run(columns, pool)
             found = [VERDICTS[verdict] for verdict in rows['verdict'].tolist()]
             words.update(found)
+            if '' in found and not bad:
+                at = found.index('')
+                bad.append([column[at : at + 1] for column in columns])
             return [verdict == REJECTED for verdict in found]
 
         shape = len(axes[0].values), len(axes[1].values)
         cells = refine(evaluate, shape, known)
     x, y = (tuple(map(float, axis.values)) for axis in axes)
     places = [np.array(curve) for curve in joined(cells, known)]
-    counts = words[UNDECIDED], words['']
-    border = Border((axes[0].name, axes[1].name), x, y, known, places, *counts)
+    why = Sets(plan).run(bad[0]).reasons.get(0, '') if bad else ''
+    border = Border(
+        (axes[0].name, axes[1].name), x, y, known, places, words[UNDECIDED], words[''], why
+    )
     return border if names[0] == axes[0].name else border.turned
+
+
+def _need_both(axes: Sequence[Axis], names: Sequence[str]) -> None:
+    """Raise EventregError unless the axes are two ranges of numbers, of these names."""
+    if (
+        len(axes) != 2
+        or sorted(names) != sorted(axis.name for axis in axes)
+        or any(len(axis.values) < 2 or not isinstance(axis.values[0], float) for axis in axes)
+    ):
+        raise EventregError(
+            f'--border X,Y takes the two ranges A..B/N that are given and no other; got '
+            f'{",".join(names)} and the ranges {", ".join(axis.name for axis in axes) or "none"}'
+        )
 
 
 def refine(evaluate: Evaluate, shape: tuple[int, int], known: dict[Point, bool]) -> list[Cell]:

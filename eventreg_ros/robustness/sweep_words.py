@@ -31,6 +31,8 @@ def sweep_words(
         f'{sweep.seconds:.1f} s, {pace:.0f} sets a second'
         + (f'; table in {sweep.out}' if sweep.out else '; nothing kept, --out DIR keeps the table'),
     ]
+    if sweep.bad:
+        lines.append(f'the first without a verdict: {next(filter(None, sweep["reason"]))}')
     if share is not None:
         lines.append(
             f'yield {100.0 * share.share:.2f} %, 95 % interval '
@@ -67,6 +69,8 @@ def border_words(plan: Plan, border: Border, followed: Followed) -> str:
             f'{border.undecided} of the runs undecided and {border.bad} without a verdict: '
             f'they count as not rejected'
         )
+    if border.bad:
+        lines.append(f'the first without a verdict: {border.why}')
     if border.places:
         lines += _followed_words(border, followed, plan.subject.criteria.threshold)
     return '\n'.join(lines)

@@ -289,6 +289,14 @@ def test_numbers_of_another_kind_of_neuron():
         border_orbit.Numbers(Sets(plan), [Line(axis.values) for axis in plan.axes])
 
 
+def test_what_has_no_verdict_has_a_reason():
+    plan = Plan.of(load('exact'), ['controller.k:=-2..-1/9', TAU, '/**.rate:=50'], duration=150.0)
+    border = find_border(plan, ['exosystem.tau', 'controller.k'])
+    assert border.bad == border.runs
+    words = border_words(plan, border, border_orbit.Followed([]))
+    assert 'the first without a verdict: controller.k must be a finite number >= 0, got' in words
+
+
 @pytest.mark.slow
 def test_undecided_runs_are_counted():
     """A generator that is too slow for three events within the run has no verdict."""
