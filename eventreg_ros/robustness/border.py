@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The border between rejected and not, over two parameters, found by refining where it runs.
+"""The border between rejected and not, over two parameters, followed on a fine grid.
 
-A coarse grid is run first. A cell whose known points disagree is halved, and so on down to the fine
-grid; a point found on the edge of a larger cell that does not fit its corners halves that cell too,
-so that a border once found is followed all the way. What is smaller than a coarse cell and touches
+A coarse grid is run first. Between known points of a row or a column that differ, it is bisected
+down to neighbours on the fine grid that differ; from there the border is followed from one fine
+cell to the next, until it closes or leaves the grid. What is smaller than a coarse cell and touches
 none of its points can be missed.
 """
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,45 +33,11 @@ COARSE = 8
 Point = tuple[int, int]
 Curve = npt.NDArray[np.float64]
 Evaluate = Callable[[Sequence[Point]], Sequence[bool]]
+Grid = npt.NDArray[np.int8]
+Flags = npt.NDArray[np.bool_]
 
-
-class Cell(NamedTuple):
-    """A rectangle of the fine grid, corners included."""
-
-    left: int
-    right: int
-    low: int
-    high: int
-
-    @property
-    def corners(self) -> list[Point]:
-        """Its four corners, around."""
-        return [
-            (self.left, self.low), (self.right, self.low),
-            (self.right, self.high), (self.left, self.high),
-        ]  # fmt: skip
-
-    @property
-    def edge(self) -> Iterable[Point]:
-        """All points of the fine grid on its edge."""
-        for i in range(self.left, self.right + 1):
-            yield from ((i, self.low), (i, self.high))
-        for j in range(self.low, self.high + 1):
-            yield from ((self.left, j), (self.right, j))
-
-    @property
-    def fine(self) -> bool:
-        """Whether it cannot be halved."""
-        return self.right - self.left <= 1 and self.high - self.low <= 1
-
-    def halves(self) -> list[Cell]:
-        """Return the cells that it is cut into, in both directions where that can be."""
-        across, up = _halved(self.left, self.right), _halved(self.low, self.high)
-        return [Cell(*x, *y) for x in pairwise(across) for y in pairwise(up)]
-
-
-def _halved(a: int, b: int) -> list[int]:
-    return [a, b] if b - a <= 1 else [a, (a + b) // 2, b]
+UNKNOWN = -1
+"""What a place of the fine grid is that was not run; 1 is rejected, 0 is not."""
 
 
 @dataclass(frozen=True)
@@ -178,32 +143,60 @@ def _need_both(axes: Sequence[Axis], names: Sequence[str]) -> None:
         )
 
 
-def refine(evaluate: Evaluate, shape: tuple[int, int], known: dict[Point, bool]) -> list[Cell]:
-    """Fill ``known`` along the border of a grid of that shape; return the fine cells on it."""
+def refine(evaluate: Evaluate, shape: tuple[int, int], known: dict[Point, bool]) -> list[Point]:
+    """Fill ``known`` along the border of a grid of that shape; return the cells on it.
+
+    A cell is named by its lowest corner, and on the border where its corners differ.
+    """
+    grid = np.full(shape, UNKNOWN, dtype=np.int8)
     lines = [sorted({*range(0, size - 1, COARSE), size - 1}) for size in shape]
-    cells = [Cell(*x, *y) for x in pairwise(lines[0]) for y in pairwise(lines[1])]
-    todo = cells
-    while todo:
-        points = {point for cell in todo for point in cell.corners} - known.keys()
-        ordered = sorted(points)
-        if ordered:
-            known.update(zip(ordered, evaluate(ordered), strict=True))
-        todo = [cell for cell in cells if not cell.fine and _mixed(cell, known)]
-        cut = set(todo)
-        todo = [half for cell in todo for half in cell.halves()]
-        cells = [cell for cell in cells if cell not in cut] + todo
-    return [cell for cell in cells if cell.fine and _mixed(cell, known)]
+    points = [(i, j) for i in lines[0] for j in lines[1]]
+    while points:
+        grid[tuple(np.array(points).T)] = evaluate(points)
+        points = _along(grid) or _between(grid)
+    places = np.argwhere(grid != UNKNOWN).tolist()
+    known.update({(i, j): bool(grid[i, j]) for i, j in places})
+    across, up = _edges(grid), _edges(grid.T).T
+    mixed = across[:, :-1] | across[:, 1:] | up[:-1] | up[1:]
+    return [(i, j) for i, j in np.argwhere(mixed).tolist()]
 
 
-def _mixed(cell: Cell, known: dict[Point, bool]) -> bool:
-    return len({known[point] for point in cell.edge if point in known}) > 1
+def _edges(grid: Grid) -> Flags:
+    """Return where a point and the next one along the first axis differ, as far as known."""
+    known = grid != UNKNOWN
+    edges: Flags = known[:-1] & known[1:] & (grid[:-1] != grid[1:])
+    return edges
 
 
-def joined(cells: Sequence[Cell], known: dict[Point, bool]) -> list[list[tuple[float, float]]]:
-    """Return the border through fine cells as curves of points half way between grid points."""
+def _along(grid: Grid) -> list[Point]:
+    """Return the unknown corners of all cells that have an edge whose ends differ."""
+    wanted = np.zeros(grid.shape, dtype=bool)
+    for edges, of in ((_edges(grid), wanted), (_edges(grid.T), wanted.T)):
+        for beside, edge in ((of[:, 1:], edges[:, :-1]), (of[:, :-1], edges[:, 1:])):
+            beside[:-1] |= edge
+            beside[1:] |= edge
+    return [(i, j) for i, j in np.argwhere(wanted & (grid == UNKNOWN)).tolist()]
+
+
+def _between(grid: Grid) -> list[Point]:
+    """Return the points midway between known ones that differ and have no known one between."""
+    rows = {(i, j) for i, j in _gaps(grid)}
+    return sorted(rows | {(i, j) for j, i in _gaps(grid.T)})
+
+
+def _gaps(grid: Grid) -> list[list[int]]:
+    """Return the places midway in the gaps of the rows of a grid."""
+    i, j = np.nonzero(grid != UNKNOWN)
+    gap = (i[:-1] == i[1:]) & (np.diff(j) > 1) & (grid[i[:-1], j[:-1]] != grid[i[1:], j[1:]])
+    middle = (j[:-1] + j[1:]) // 2
+    return np.column_stack([i[:-1], middle])[gap].tolist()  # type: ignore[no-any-return]
+
+
+def joined(cells: Sequence[Point], known: dict[Point, bool]) -> list[list[tuple[float, float]]]:
+    """Return the border through cells as curves of points half way between grid points."""
     neighbours: dict[tuple[float, float], list[tuple[float, float]]] = defaultdict(list)
-    for cell in cells:
-        around = [*cell.corners, cell.corners[0]]
+    for i, j in cells:
+        around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1), (i, j)]
         crossings = [
             ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
             for a, b in pairwise(around)
