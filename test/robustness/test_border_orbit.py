@@ -226,6 +226,14 @@ def test_an_orbit_that_does_not_attract_is_not_followed(monkeypatch):
     assert 'not followed as a periodic orbit: the orbit' in border_words(plan, border, followed)
 
 
+@pytest.mark.slow
+def test_an_orbit_that_has_one_event_and_no_more_is_not_followed():
+    border = found()[1]
+    low = Plan.of(load('exact'), [TAU, K, 'spike_monitor.reset:=-3'], duration=600.0)
+    followed = follow(low, border)
+    assert (followed.points, followed.reason) == (0, 'y does not come down to the reset, -3')
+
+
 @pytest.mark.parametrize(
     ('scenario', 'parameters', 'words'),
     [

@@ -8,7 +8,7 @@ from eventreg_ros.theory.waves import OrbitError, last_rise, peak_of
 
 
 def test_the_peak_of_a_wave_is_found_between_its_samples():
-    for shift in np.linspace(0.0, 1.0, 7):
+    for shift in (*np.linspace(0.0, 1.0, 7), 49.6, 50.4):  # also where a period ends
         wave = np.sin(2 * np.pi * (np.arange(200) + shift) / 200)
         found, places, weights = peak_of(wave)
         assert found == pytest.approx(1.0, abs=1e-9)
