@@ -35,6 +35,7 @@ def used(arguments: list[str], scratch: Path) -> tuple[float, int]:
         'NUMBA_CACHE_DIR': str(scratch),
         'NUMBA_DEBUG_CACHE': '1',
         'PYTHONPYCACHEPREFIX': str(scratch / 'bytes'),
+        'OPENBLAS_NUM_THREADS': '1',  # as the commands have it
         'PYTHONDONTWRITEBYTECODE': '',  # what is installed has its byte code beside it
     }
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -73,7 +74,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         for command, goal in COMMANDS.items():
             print(row(command, goal, Path(scratch), args.times), flush=True)
-        own = ['-c', f'from eventreg_ros.__main__ import hurry; hurry(); {IMPORTS}']
+        own = ['-c', IMPORTS]
         imports = statistics.median(used(own, Path(scratch))[0] for _ in range(args.times))
     print(f'| of it imports, margin | | | {imports:.2f} | | |')
     print(f'load average {os.getloadavg()[0]:.2f}')

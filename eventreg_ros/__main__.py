@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import signal
 import sys
@@ -12,13 +11,12 @@ import sys
 from . import interrupts
 
 COMPUTING = ('margin', 'simulate', 'sweep')
-"""Verbs that are there to compute, and shall begin with it soon."""
+"""Verbs that are there to compute, with threads of their own."""
 
 
-def hurry() -> None:
-    """Spare a process what costs it half a second of processor time and is of no use to it."""
-    gc.set_threshold(100_000)  # importing makes many objects and no garbage
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # the others would wait in a busy loop
+def use_one_thread() -> None:
+    """Leave it to one thread what numpy does in several: the others would wait in a busy loop."""
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
 
 def main() -> int:
@@ -33,7 +31,7 @@ def main() -> int:
     from .cli.main import main as command
 
     if sys.argv[1:2] and sys.argv[1] in COMPUTING:
-        hurry()
+        use_one_thread()
     try:
         code = command()
     finally:
