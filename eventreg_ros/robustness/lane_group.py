@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache, lru_cache, partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,7 +74,7 @@ class Group:
         self._horizons = np.array([spec.horizon for spec in loop.blocks.values()])
         self._noisy = [s for s in noises[0].on if any(noise.reaches(s) for noise in noises)]
         self._places = [noises[0].on.index(signal) for signal in self._noisy]
-        self._judges, self._fails = cache(self._judge), False
+        self._known, self._fails = dict[str, tuple[Structure, Judge]](), False
 
     @property
     def count(self) -> int:
@@ -174,11 +174,13 @@ class Group:
     def _structure(self, wanted: Sequence[str], kind: str) -> Structure:
         return structure_of(self._template.loop, wanted, kind, self._noisy)
 
-    def _judge(self, kind: str) -> tuple[Structure, Judge]:
+    def _judges(self, kind: str) -> tuple[Structure, Judge]:
         """Return the structure of lanes whose links are of that kind, and who judges them."""
-        subject = self._template.subject
-        structure = self._structure(subject.needed, kind)
-        return structure, Judge(structure, subject.needed, self._t, subject)
+        if kind not in self._known:
+            subject = self._template.subject
+            structure = self._structure(subject.needed, kind)
+            self._known[kind] = structure, Judge(structure, subject.needed, self._t, subject)
+        return self._known[kind]
 
     def _sds(self, noises: Sequence[Noise], count: int) -> Iterator[Array]:
         """Yield the standard deviations of the noise in ``count`` lanes, for each noisy signal."""

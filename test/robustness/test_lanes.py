@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs in lanes against runs one by one: the same rows, to the last bit."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +11,11 @@ import pytest
 from eventreg_ros import load
 from eventreg_ros.analysis.subject import subject_of
 from eventreg_ros.robustness import lane_counts, lane_judge, lane_run
+from eventreg_ros.robustness.lane_group import Group, Template
 from eventreg_ros.robustness.outcome import Case, one_by_one
 from eventreg_ros.scenario import parse
-from eventreg_ros.simulation.impairment import Impairment
+from eventreg_ros.simulation.impairment import PERFECT, Impairment
+from eventreg_ros.simulation.lanes import Start
 from eventreg_ros.simulation.noise import SILENCE, Noise
 
 
@@ -159,3 +163,20 @@ def test_the_sum_in_lanes_is_numpys(count):
 
     numbers = np.random.default_rng(count).random(count)
     assert total(numbers) == numbers.sum()
+
+
+@pytest.mark.slow
+def test_a_group_that_was_run_goes_at_once():
+    """It holds tens of megabytes, and a sweep makes one after the other."""
+    case = cases('exact', 1, False, 1)[0]
+    start = Start.of([list(case.loop.blocks.values())] * 2)
+    group = Group(Template(case.loop, case.subject, case.duration), start, [PERFECT], [SILENCE])
+    gc.disable()
+    try:
+        found = group.run(np.arange(2))
+        last = weakref.ref(group)
+        del group
+        assert last() is None
+    finally:
+        gc.enable()
+    assert found.holds.all()
