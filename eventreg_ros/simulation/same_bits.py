@@ -23,7 +23,8 @@ OF_NUMPY = frozenset(
     {'abs', 'absolute', 'ceil', 'e', 'fabs', 'floor', 'inf', 'maximum', 'minimum', 'nan', 'pi'}
     | {'sign', 'sqrt'}
 )
-"""What of numpy is the same for everybody, but for the sign of a zero that is no maximum alone."""
+"""What of numpy has Python's bits, but for two things. ``maximum`` and ``minimum`` of two zeros may
+have another sign; and where numpy's numbers overflow to infinity, without an error, NaN comes."""
 
 
 def is_foreign(function: FunctionType) -> bool:
