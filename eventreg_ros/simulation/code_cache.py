@@ -12,13 +12,15 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from threading import Lock
-from types import CodeType, FunctionType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
-RULES = 3
+import numpy as np
+
+RULES = 4
 """How functions are compiled; another number when the same functions make other machine code."""
 
 
@@ -53,8 +55,10 @@ class _Digest:
             self._digest.update(f'{len(thing)}'.encode())
             for each in thing:
                 self.add(each)
-        elif isinstance(thing, int | float | str | bytes | None):
+        elif isinstance(thing, int | float | complex | str | bytes | None):
             self._digest.update(f'{type(thing).__name__}{thing!r}'.encode())
+        elif isinstance(thing, np.ndarray | np.generic):  # constants to numba
+            self.add((str(thing.dtype), thing.shape, thing.tobytes()))
         else:  # a class or a module
             name = getattr(thing, '__qualname__', getattr(thing, '__name__', ''))
             self.add((type(thing).__qualname__, name, getattr(thing, '_fields', ())))
@@ -66,13 +70,33 @@ class _Digest:
         self.add((function.__code__, function.__defaults__))
         for cell in function.__closure__ or ():
             self.add(cell.cell_contents)
-        for name in function.__code__.co_names:
+            self._of_module(cell.cell_contents, function.__code__)
+        for name in _names(function.__code__):
             self.add(function.__globals__.get(name))
+            self._of_module(function.__globals__.get(name), function.__code__)
+
+    def _of_module(self, module: Any, code: CodeType) -> None:
+        """Put in what code may read of a module, and of the modules in it."""
+        if not isinstance(module, ModuleType) or id(module) in self._seen:
+            return
+        self._seen.add(id(module))
+        for name in _names(code):
+            self.add(vars(module).get(name))
+            self._of_module(vars(module).get(name), code)
+        self._seen.discard(id(module))
 
     @property
     def text(self) -> str:
         """The digest so far."""
         return self._digest.hexdigest()[:32]
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Yield the names of globals and attributes in code, also in its comprehensions."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
 
 
 def fingerprint(function: FunctionType) -> str:

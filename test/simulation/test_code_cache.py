@@ -2,7 +2,9 @@
 """Machine code that is kept: found again, never the wrong one, and never in the way."""
 
 import os
+from types import ModuleType
 
+import numpy as np
 import pytest
 
 from eventreg_ros.simulation import code_cache
@@ -103,3 +105,28 @@ def test_the_directory_is_the_users(monkeypatch, tmp_path):
     assert code_cache.directory() == tmp_path / 'eventreg_ros'
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path / 'n'))
     assert code_cache.directory() == tmp_path / 'n' / 'eventreg_ros'
+
+
+SOURCES = {
+    'an array': 'def f(x):\n    return x * HELD[0]',
+    'of a module': 'def f(x):\n    return x * constants.GAIN',
+    'of a module in a module': 'def f(x):\n    return x * package.constants.GAIN',
+    'in a comprehension': 'def f(x):\n    return sum([x * constants.GAIN for i in (0, 1)])',
+}
+
+
+@pytest.mark.parametrize('source', SOURCES.values(), ids=SOURCES)
+def test_a_fingerprint_is_of_the_constants_that_numba_takes_in(source):
+    def of(gain):
+        constants, package = ModuleType('constants'), ModuleType('package')
+        constants.GAIN, package.constants = gain, constants
+        held = np.array([gain, 1.0])
+        names = {'HELD': held, 'constants': constants, 'package': package, 'np': np}
+        return fingerprint(generated(source, 'f', names))
+
+    assert of(1.0) == of(1.0)
+    assert of(1.0) != of(2.0)
+
+
+def test_a_fingerprint_may_be_of_numpys_types():
+    assert fingerprint(generated('def f(x):\n    return np.float64(x) * np.pi', 'f', {'np': np}))
