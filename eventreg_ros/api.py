@@ -110,6 +110,11 @@ def _with(scenario: Scenario, overrides: Iterable[str | Overrides]) -> Scenario:
     for each in overrides:
         if isinstance(each, str):
             read.append(each)
+        elif not isinstance(each, Mapping):
+            raise EventregError(
+                "overrides are a dictionary {'NODE.PARAM': VALUE} or a text NODE.PARAM:=VALUE, got "
+                f'{shown(each)}'
+            )
         else:
             read += [Override.of(name, _plain(value)) for name, value in each.items()]
     return scenario_files.with_overrides(scenario, read) if read else scenario

@@ -142,6 +142,8 @@ def test_bad_input_raises_what_the_commands_report():
         simulate('exat')
     with pytest.raises(EventregError, match="or take the shipped 'exact'"):
         simulate('exact.yaml')
+    with pytest.raises(EventregError, match=r"overrides are a dictionary .* got \['plant.k:=2'\]"):
+        simulate('exact', ['plant.k:=2'])
     with pytest.raises(EventregError, match='a scenario is one of'):
         simulate(3)
     with pytest.raises(EventregError, match="duration must be a number, of model time, got 'x'"):
