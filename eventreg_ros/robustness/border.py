@@ -153,7 +153,7 @@ def refine(evaluate: Evaluate, shape: tuple[int, int], known: dict[Point, bool])
     points = [(i, j) for i in lines[0] for j in lines[1]]
     while points:
         grid[tuple(np.array(points).T)] = evaluate(points)
-        points = _along(grid) or _between(grid)
+        points = _along(grid) or _between(grid, COARSE) or _between(grid, max(shape))
     places = np.argwhere(grid != UNKNOWN).tolist()
     known.update({(i, j): bool(grid[i, j]) for i, j in places})
     across, up = _edges(grid), _edges(grid.T).T
@@ -178,16 +178,18 @@ def _along(grid: Grid) -> list[Point]:
     return [(i, j) for i, j in np.argwhere(wanted & (grid == UNKNOWN)).tolist()]
 
 
-def _between(grid: Grid) -> list[Point]:
-    """Return the points midway between known ones that differ and have no known one between."""
-    rows = {(i, j) for i, j in _gaps(grid)}
-    return sorted(rows | {(i, j) for j, i in _gaps(grid.T)})
+def _between(grid: Grid, longest: int) -> list[Point]:
+    """Return the points midway in the gaps of rows and columns, of at most ``longest`` steps."""
+    rows = {(i, j) for i, j in _gaps(grid, longest)}
+    return sorted(rows | {(i, j) for j, i in _gaps(grid.T, longest)})
 
 
-def _gaps(grid: Grid) -> list[list[int]]:
-    """Return the places midway in the gaps of the rows of a grid."""
+def _gaps(grid: Grid, longest: int) -> list[list[int]]:
+    """Return the places midway between known ones of a row that differ, and none is between."""
     i, j = np.nonzero(grid != UNKNOWN)
-    gap = (i[:-1] == i[1:]) & (np.diff(j) > 1) & (grid[i[:-1], j[:-1]] != grid[i[1:], j[1:]])
+    wide = np.diff(j)
+    gap = (i[:-1] == i[1:]) & (wide > 1) & (wide <= longest)
+    gap &= grid[i[:-1], j[:-1]] != grid[i[1:], j[1:]]
     middle = (j[:-1] + j[1:]) // 2
     return np.column_stack([i[:-1], middle])[gap].tolist()  # type: ignore[no-any-return]
 
