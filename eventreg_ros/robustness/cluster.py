@@ -17,7 +17,7 @@ from .outcome import Outcomes
 from .plan import Plan
 from .sets import Sets
 from .store import Stretch
-from .sweep import AIM, MOST, Run, cores, first_piece
+from .sweep import Run, cores, first_piece, next_piece
 
 AHEAD = 3
 """Pieces per thread that are handed to the scheduler at a time."""
@@ -99,7 +99,7 @@ def _all(client: Any, plan: Plan, stretches: Sequence[Stretch]) -> Iterator[Done
     for future in pending:
         done = Done(*_result(future))
         if done.pace is not None:
-            size = int(min(max(1, AIM * done.pace), 4 * size, MOST))
+            size = next_piece(size, done.pace)
         share = -(-pieces.left // (AHEAD * threads))  # so that all end at the same time
         _submit(client, pending, plan, pieces.next(min(size, max(share, least))))
         yield done

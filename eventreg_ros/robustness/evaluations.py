@@ -20,7 +20,7 @@ from .outcome import Rows, nothing
 from .plan import Plan
 from .sets import Sets
 from .store import Store, Stretch
-from .sweep import AIM, MOST, first_piece
+from .sweep import first_piece, next_piece
 
 
 class Evaluations:
@@ -53,7 +53,7 @@ class Evaluations:
         began, count = time.perf_counter(), len(columns[0])
         outcomes = self._sets.run(columns, pool)
         seconds = max(time.perf_counter() - began, 1e-3)
-        self._size = int(min(max(1, AIM * count / seconds), 4 * self._size, MOST))
+        self._size = next_piece(self._size, count / seconds)
         if self._store is not None:
             first = self._at + at
             self._store.save(Stretch(first, first + count), outcomes, seconds)

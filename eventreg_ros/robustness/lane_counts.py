@@ -248,35 +248,22 @@ def tally(
     LANES); ``y``, ``y_r`` and each of ``disturbances`` are signals, ``y_r`` -1 for none.
     """
     for b in range(len(times)):
-        _tally(times[b], counts[b], y, y_r, disturbances, settle, window, found[b])
-
-
-def _tally(
-    times: Array,
-    counts: Any,
-    y: int,
-    y_r: int,
-    disturbances: Any,
-    settle: float,
-    window: float,
-    found: Array,
-) -> None:
-    for a in range(LANES):
-        all_y, all_r = _events(times, counts, y, a), _events(times, counts, y_r, a)
-        late_y, late_r = all_y[_first(all_y, settle) :], all_r[_first(all_r, settle) :]
-        pairs = match(late_y, late_r, window)
-        latency = 0.0
-        for i, j in pairs:
-            latency += late_y[i] - late_r[j]
-        found[0, a] = 0
-        for w in disturbances:
-            all_w = _events(times, counts, w, a)
-            found[0, a] += len(all_w) - _first(all_w, settle)
-        found[1, a] = len(pairs)
-        found[2, a] = len(late_y) - len(pairs)
-        found[3, a] = len(late_r) - len(pairs)
-        found[4, a] = _last_unmatched(all_y, all_r, match(all_y, all_r, window))
-        found[5, a] = latency
+        for a in range(LANES):
+            all_y, all_r = _events(times[b], counts[b], y, a), _events(times[b], counts[b], y_r, a)
+            late_y, late_r = all_y[_first(all_y, settle) :], all_r[_first(all_r, settle) :]
+            pairs = match(late_y, late_r, window)
+            latency = 0.0
+            for i, j in pairs:
+                latency += late_y[i] - late_r[j]
+            found[b, 0, a] = 0
+            for w in disturbances:
+                all_w = _events(times[b], counts[b], w, a)
+                found[b, 0, a] += len(all_w) - _first(all_w, settle)
+            found[b, 1, a] = len(pairs)
+            found[b, 2, a] = len(late_y) - len(pairs)
+            found[b, 3, a] = len(late_r) - len(pairs)
+            found[b, 4, a] = _last_unmatched(all_y, all_r, match(all_y, all_r, window))
+            found[b, 5, a] = latency
 
 
 def _events(times: Array, counts: Any, signal: int, lane: int) -> Any:

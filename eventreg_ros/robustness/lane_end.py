@@ -35,10 +35,7 @@ def ends_of(lanes: Lanes, count: int, signals: Sequence[str], subject: Subject, 
     broken[~np.isfinite(lanes.first).all(axis=1)] = 0
     below = np.where(lanes.first < limits.threshold, 0, -1)
     take = compiled_with(lanes.course.structure, look)
-    take(
-        lanes.room(), broken, below, steps, limits.threshold, lanes.work, lanes.ring,
-        lanes.tables, lanes.lags, lanes.motion,
-    )  # fmt: skip
+    take(lanes.room(), broken, below, steps, limits.threshold, *lanes.parts)
     since = np.append(t, np.inf)[below.swapaxes(0, 1).reshape(len(signals), -1)[:, :count] + 1]
     up = dict(zip(signals, (since <= limits.settle) & (t[-1] > limits.settle), strict=True))
     held = np.zeros(count, dtype=bool)

@@ -93,8 +93,7 @@ class Judge:
         late = len(rules.t) - rules.begin
         self._take(
             seen, rules, lanes.room(), np.empty((len(rules.plants), late, LANES)),
-            np.empty((rules.leaves.shape[1] + 9, LANES)),
-            lanes.work, lanes.ring, lanes.tables, lanes.lags, lanes.motion,
+            np.empty((rules.leaves.shape[1] + 9, LANES)), *lanes.parts,
         )  # fmt: skip
         rows = nothing(len(lanes.work) * LANES)
         _put_counts(rows, self._tally(seen))

@@ -132,8 +132,8 @@ def run_alike(
                 rows[i], reasons[i] = nothing(1)[0], not_finite(time)
             elif held_up:
                 rows['verdict'][i] = VERDICTS.index(UNDECIDED)
-    for i, (row, reason) in zip(alone, run(one_by_one, map(group.case, alone)), strict=True):
-        rows[i] = row
-        if reason:
-            reasons[i] = reason
+    if alone:
+        left = _run_alone([group.case(i) for i in alone], pool)
+        rows[alone] = left.rows
+        reasons |= {alone[i]: reason for i, reason in left.reasons.items()}
     return Outcomes(rows, reasons)

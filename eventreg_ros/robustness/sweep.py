@@ -185,6 +185,11 @@ def first_piece(sets: Sets) -> int:
     return FIRST if sets.in_lanes else cores()
 
 
+def next_piece(size: int, pace: float) -> int:
+    """Return how many sets are run together after ``size`` of them, at ``pace`` sets a second."""
+    return int(min(max(1, AIM * pace), 4 * size, MOST))
+
+
 def run_here(plan: Plan, stretches: Sequence[Stretch]) -> Iterator[tuple[Stretch, Outcomes]]:
     """Run stretches on all processors of this machine, in pieces of about :data:`AIM` seconds."""
     if not stretches:
@@ -199,5 +204,5 @@ def run_here(plan: Plan, stretches: Sequence[Stretch]) -> Iterator[tuple[Stretch
                 began = time.perf_counter()
                 yield piece, sets.run(design.columns(*piece), pool)
                 pace = (piece.last - piece.first) / max(time.perf_counter() - began, 1e-3)
-                size = int(min(max(1, AIM * pace), 4 * size, MOST))
+                size = next_piece(size, pace)
                 at = piece.last

@@ -54,13 +54,19 @@ def joined(
 
 def known(part: Mapping[str, Array]) -> dict[str, Array]:
     """Return a part of the table as it is read again: numbers without a verdict are NaN."""
-    bad = part['verdict'] == None  # noqa: E711 (elementwise)
+    bad = _bad(part)
     if not bad.any():
         return dict(part)
     return {
         name: np.where(bad, np.nan, values) if name in NUMBERS else values
         for name, values in part.items()
     }
+
+
+def _bad(part: Mapping[str, Array]) -> Array:
+    """Return which sets of a part have no verdict, shape (n,)."""
+    found: Array = part['verdict'] == None  # noqa: E711 (elementwise)
+    return found
 
 
 def columns_of(design: Design, first: int, outcomes: Outcomes) -> dict[str, Array]:
@@ -108,7 +114,7 @@ def _write_parquet(path: Path, rows: Iterator[dict[str, Array]]) -> None:
 
     writer = None
     for columns in rows:
-        bad = columns['verdict'] == None  # noqa: E711 (elementwise)
+        bad = _bad(columns)
         arrays = {name: _arrow(pa, name, values, bad) for name, values in columns.items()}
         table = pa.table(arrays)
         writer = writer or pq.ParquetWriter(path, table.schema, compression='zstd')
@@ -140,7 +146,7 @@ def _write_csv(path: Path, rows: Iterator[dict[str, Array]]) -> None:
             if head is None:
                 head = list(columns)
                 writer.writerow(head)
-            bad = columns['verdict'] == None  # noqa: E711 (elementwise)
+            bad = _bad(columns)
             writer.writerows(
                 [_cell(name, value, without) for name, value in zip(head, row, strict=True)]
                 for row, without in zip(

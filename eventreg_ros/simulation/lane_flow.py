@@ -87,13 +87,12 @@ class LaneFlow:
         )
         lanes = Lanes(course, start)
         blocks = len(lanes.work)
-        padded = np.minimum(np.arange(blocks * LANES), len(z) - 1)
         table = lanes.work.reshape(blocks, -1, LANES)
-        table[:, self._rows] = z[padded].reshape(blocks, LANES, -1).swapaxes(1, 2)
+        table[:, self._rows] = lanes.by_lane(z)
         wanted = self._structure.wanted
         out = np.empty((blocks, steps + 1, len(wanted), LANES))
         out[:, 0] = table[:, [self._rows[len(self._of_blocks) + s] for s in wanted]]
-        self._take(out, steps, lanes.work, lanes.ring, lanes.tables, lanes.lags, lanes.motion)
+        self._take(out, steps, *lanes.parts)
         ends = table[:, self._rows].swapaxes(1, 2).reshape(blocks * LANES, -1)
         samples = out.transpose(0, 3, 2, 1).reshape(blocks * LANES, len(wanted), -1)
         return Passage(ends[: len(z)], samples[: len(z)])

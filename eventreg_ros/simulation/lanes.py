@@ -168,17 +168,17 @@ class Lanes:
         for s in range(structure.stimuli):
             first[:, s] = self.course.open_inputs[s, 0]
         for b, (block, rows) in enumerate(zip(structure.blocks, lay.blocks, strict=True)):
-            self._work[:, rows.x] = x = self._lanes(start.x[b])
-            self._work[:, rows.params] = self._lanes(start.params[b])
-            first[:, block.row] = self._lanes(start.outputs[b])
+            self._work[:, rows.x] = x = self.by_lane(start.x[b])
+            self._work[:, rows.params] = self.by_lane(start.params[b])
+            first[:, block.row] = self.by_lane(start.outputs[b])
             for signal, i in block.observed:
                 first[:, signal] = x[:, i]
         for i, signal in enumerate(structure.noisy):
-            sd = self._work[:, lay.sds[i]] = self._lanes(start.sds[i])
+            sd = self._work[:, lay.sds[i]] = self.by_lane(start.sds[i])
             first[:, signal] += sd * self.course.noise[i, 0]
         self._work[:, lay.now] = self._work[:, lay.before] = first
 
-    def _lanes(self, values: Array) -> Array:
+    def by_lane(self, values: Array) -> Array:
         """Return ``values`` by lanes, (blocks, ..., LANES): lanes beyond them do as the last."""
         padded = values[self._pad].reshape(len(self._work), LANES, *values.shape[1:])
         return np.moveaxis(padded, 1, -1)
@@ -189,10 +189,10 @@ class Lanes:
         return np.empty((chunk + 1, len(self.course.structure.wanted), LANES))
 
     @property
-    def motion(self) -> tuple[Any, ...]:
-        """What ``advance`` takes besides."""
+    def parts(self) -> tuple[Any, ...]:
+        """What a watcher takes last: ``work``, ``ring``, ``tables``, ``lags``, then ``motion``."""
         course = self.course
-        return (
+        motion = (
             course.h,
             self._size - 1,
             course.open_inputs.ravel(),
@@ -205,6 +205,7 @@ class Lanes:
             course.noise.ravel(),
             course.noise.shape[2],
         )
+        return self.work, self.ring, self.tables, self.lags, motion
 
     @property
     def finite(self) -> npt.NDArray[np.bool_]:

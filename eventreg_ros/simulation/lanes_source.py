@@ -109,7 +109,7 @@ def source_of(structure: Structure) -> str:
 
     ``out`` takes the samples of the wanted signals: row 0 those before, then one per step.
     ``work`` to ``lags`` are those of a block of :class:`.lanes.Lanes`; what follows is its
-    ``motion``.
+    ``motion``: see :attr:`.lanes.Lanes.parts`.
     """
     return '\n'.join(
         [

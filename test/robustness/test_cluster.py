@@ -32,7 +32,7 @@ def plan():
 def test_a_cluster_that_loses_a_worker_gives_the_same_table(tmp_path, monkeypatch):
     distributed = pytest.importorskip('distributed')
     monkeypatch.setattr(sweep, 'FIRST', 5)
-    monkeypatch.setattr(cluster, 'MOST', 5)
+    monkeypatch.setattr(sweep, 'MOST', 5)
     here = run_sweep(plan(), tmp_path / 'here.csv')
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None

@@ -17,7 +17,7 @@ RANGES = ['exosystem.tau:=0.05..0.1/17', 'controller.k:=0.4..1.2/17', '/**.rate:
 @pytest.fixture(autouse=True)
 def small_pieces(monkeypatch):
     monkeypatch.setattr(module, 'FIRST', 7)
-    monkeypatch.setattr('eventreg_ros.robustness.evaluations.MOST', 7)
+    monkeypatch.setattr(module, 'MOST', 7)
 
 
 def plan(question, **more):
